@@ -1,0 +1,12 @@
+"""Defined load cases with defined sensors: one file each, and how a record is reduced to numbers."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from lab.experiments.ring_down import RingDown
+from lab.experiments.static_stiffness import KPRIME_ENTRIES, QPRIME_ENTRIES, StaticStiffness
+
+Experiment = Annotated[StaticStiffness | RingDown, Field(discriminator="kind")]
+
+__all__ = ["KPRIME_ENTRIES", "QPRIME_ENTRIES", "Experiment", "RingDown", "StaticStiffness"]

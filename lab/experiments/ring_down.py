@@ -1,0 +1,62 @@
+"""Free decay after a hanging load is cut (5.4.2)."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from lab.materials import Frozen
+from lab.measures import dominant_mode
+from lab.records import Record, Scalar
+from lab.units import Quantity
+
+Metre = Annotated[float, Quantity("m", "mm")]
+
+
+class RingDown(Frozen):
+    """A weight hangs from the centre of the tip face, is cut at t = 0, and the beam swings freely.
+
+    The load pulls along y turned by ``direction`` about +x (0: +y, 90 deg: +z).  The text does not say
+    which way the beam was loaded: ASSUMED, a parameter.  Gravity acts on the load only; the beam's
+    own 0.05 N are left out, since markers are measured from the position at rest.
+
+    Markers ride on a light carrier that follows the mean rigid motion of the tip face.  Their
+    places on it are not published: ASSUMED.  Sensed: marker positions minus rest, at ``rate``,
+    first sample at the release.
+    """
+
+    kind: Literal["RingDown"] = "RingDown"
+    load_mass: Annotated[float, Quantity("kg", "g"), Field(gt=0)] = 0.200
+    gravity: Annotated[float, Quantity("m/s^2", "m/s^2"), Field(gt=0)] = 9.81
+    direction: Annotated[float, Quantity("rad", "deg"), Field(ge=-np.pi, le=np.pi)] = 0.0
+    duration: Annotated[float, Quantity("s", "s"), Field(gt=0)] = 0.25
+    rate: Annotated[float, Quantity("Hz", "Hz"), Field(gt=0)] = 360.0
+    #: Place of each marker from the tip's centre in the fixed axes at rest.
+    markers: tuple[tuple[Metre, Metre, Metre], ...] = Field(
+        ((0.0, 0.010, 0.0), (0.0, -0.010, 0.0), (0.0, 0.0, 0.010)), min_length=1
+    )
+
+    @property
+    def samples(self) -> int:
+        """Number of samples, the one at the release included."""
+        return round(self.duration * self.rate) + 1
+
+    @property
+    def load(self) -> tuple[float, float, float]:
+        """Force of the weight on the tip before the release, N."""
+        weight = self.load_mass * self.gravity
+        return (0.0, weight * float(np.cos(self.direction)), weight * float(np.sin(self.direction)))
+
+    def reduce(self, record: Record) -> dict[str, Scalar]:
+        """Start deflection, frequency and damping of the main mode of the mean marker's motion.
+
+        Needs the channels ``time`` (n,) and ``markers`` (n, marker, 3).
+        """
+        mean = record["markers"].mean(axis=1)
+        frequency, damping = dominant_mode(record["time"], mean[:, 1:])
+        return {
+            "release_y": Scalar(float(mean[0, 1]), "m", "mean marker displacement along y at the release"),
+            "release_z": Scalar(float(mean[0, 2]), "m", "mean marker displacement along z at the release"),
+            "frequency": Scalar(frequency, "Hz", "damped frequency of the main mode"),
+            "damping_ratio": Scalar(damping, "1", "damping ratio of the main mode"),
+        }
