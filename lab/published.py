@@ -57,7 +57,9 @@ def locate(name: str, beside: Path) -> Path:
     path = DATA / f"{name.removeprefix(PREFIX)}.csv" if name.startswith(PREFIX) else beside / name
     if not path.is_file():
         shipped = ", ".join(PREFIX + p.stem for p in sorted(DATA.glob("*.csv")))
-        raise ValueError(f"lab file {name!r} not found (looked for {path.name} in {path.parent.name}/); shipped: {shipped}")
+        raise ValueError(
+            f"lab file {name!r} not found (looked for {path.name} in {path.parent.name}/); shipped: {shipped}"
+        )
     return path
 
 
@@ -85,7 +87,9 @@ def read_stiffness_table(path: Path) -> StiffnessTable:
         cells = next(csv.reader([line]))
         if len(cells) != len(header):
             raise ValueError(f"{path.name}, row {number}: {len(cells)} cells, {len(header)} columns")
-        values = {name: _number(path, number, name, cell, unit) for (name, unit), cell in zip(header, cells, strict=True)}
+        values = {
+            name: _number(path, number, name, cell, unit) for (name, unit), cell in zip(header, cells, strict=True)
+        }
         phi = round(values.pop("phi"), 9)
         if phi in rows:
             raise ValueError(f"{path.name}, row {number}: phi {phi:g} deg stands twice")

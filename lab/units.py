@@ -64,6 +64,7 @@ class Quantity:
     shown_in: str
 
     def read(self, value: Any, info: ValidationInfo) -> Any:
+        """SI magnitude of text; anything else as it is, unless the context asks for units."""
         if isinstance(value, str):
             return to_si(value, self.unit)
         if (info.context or {}).get("units_required"):

@@ -54,7 +54,10 @@ class StaticStiffness(Frozen):
         kprime = _regress(lateral, wrench[:, 1:4])
         quadratic = _regress(np.column_stack([motion[:, 1:3] ** 2, lateral]), wrench[:, :1])[0, :2]
         values = [*kprime.ravel(), *quadratic]
-        return {name: Scalar(float(v), unit) for (name, unit), v in zip(KPRIME_ENTRIES + QPRIME_ENTRIES, values, strict=True)}
+        return {
+            name: Scalar(float(v), unit)
+            for (name, unit), v in zip(KPRIME_ENTRIES + QPRIME_ENTRIES, values, strict=True)
+        }
 
 
 def _regress(inputs: NDArray[np.float64], outputs: NDArray[np.float64]) -> NDArray[np.float64]:

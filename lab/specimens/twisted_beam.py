@@ -36,7 +36,9 @@ class TwistedBeam(Frozen):
     @model_validator(mode="after")
     def _is_thin(self) -> "TwistedBeam":
         if self.thickness > self.width:
-            raise ValueError(f"thickness {self.thickness} m exceeds width {self.width} m; exchange them or turn the root")
+            raise ValueError(
+                f"thickness {self.thickness} m exceeds width {self.width} m; exchange them or turn the root"
+            )
         return self
 
     @property

@@ -39,7 +39,9 @@ def test_regression_gives_back_a_linear_tip():
 
 def test_regression_finds_the_quadratic_axial_force():
     experiment = StaticStiffness()
-    found = experiment.reduce(stiffness_record(experiment, lambda x: np.array([-7e5 * x[1] ** 2 - 3e5 * x[2] ** 2, 0, 0, 0, 0, 0])))
+    found = experiment.reduce(
+        stiffness_record(experiment, lambda x: np.array([-7e5 * x[1] ** 2 - 3e5 * x[2] ** 2, 0, 0, 0, 0, 0]))
+    )
     assert found["p_xy"].value == pytest.approx(-7e5)
     assert found["p_xz"].value == pytest.approx(-3e5)
 
@@ -47,7 +49,9 @@ def test_regression_finds_the_quadratic_axial_force():
 def test_slope_of_a_hardening_tip_is_the_least_squares_one():
     """F = a x + c x^3 on evenly spaced points: slope a + c sum(x^4) / sum(x^2)."""
     experiment = StaticStiffness(increments=5)
-    found = experiment.reduce(stiffness_record(experiment, lambda x: np.array([0, 0, 243 * x[2] + 1.5e7 * x[2] ** 3, 0, 0, 0])))
+    found = experiment.reduce(
+        stiffness_record(experiment, lambda x: np.array([0, 0, 243 * x[2] + 1.5e7 * x[2] ** 3, 0, 0, 0]))
+    )
     x = np.arange(1, 6) * 1e-3
     assert found["k_zz"].value == pytest.approx(243 + 1.5e7 * np.sum(x**4) / np.sum(x**2))
 

@@ -13,7 +13,13 @@ def test_table_5_1_is_complete():
 def test_table_5_1_agrees_with_the_published_equations():
     """Table 5.1 and eqs 5.7 to 5.11 print the same numbers; the two data files were made apart."""
     table = read_stiffness_table(DATA / "table_5_1.csv")
-    names = {0: "eq5.7-Kprime-0", 45: "eq5.8-Kprime-45", -45: "eq5.9-Kprime-m45", 90: "eq5.10-Kprime-90", -90: "eq5.11-Kprime-m90"}
+    names = {
+        0: "eq5.7-Kprime-0",
+        45: "eq5.8-Kprime-45",
+        -45: "eq5.9-Kprime-m45",
+        90: "eq5.10-Kprime-90",
+        -90: "eq5.11-Kprime-m90",
+    }
     for phi, row in table.rows.items():
         printed = [x for line in figures()[names[phi]]["value"] for x in line]
         assert [s.value for s in row.values()] == printed
@@ -29,7 +35,9 @@ def test_a_missing_lab_file_is_named(tmp_path):
         locate("mine.csv", tmp_path)
 
 
-HEADER = "phi [deg],k_yy [N/mm],k_yz [N/m],m_yx [N/rad],k_zy [N/m],k_zz [N/m],m_zx [N/rad],t_xy [N],t_xz [N],n_xx [N*m/rad]"
+HEADER = (
+    "phi [deg],k_yy [N/mm],k_yz [N/m],m_yx [N/rad],k_zy [N/m],k_zz [N/m],m_zx [N/rad],t_xy [N],t_xz [N],n_xx [N*m/rad]"
+)
 
 
 def write(path, *rows, header=HEADER):
@@ -50,7 +58,11 @@ def test_own_tables_may_use_other_units(tmp_path):
         (["30,1,1,2,3,4,5,6,7,8"] * 2, HEADER, "own.csv, row 3: phi 30 deg stands twice"),
         ([], HEADER.replace("k_zz [N/m]", "k_zz"), "column header 'k_zz' needs its unit"),
         ([], HEADER.replace("k_zz", "k_xx"), "column 'k_zz' is missing"),
-        (["30,1,1,2,3,4,5,6,7,8"], HEADER.replace("k_zz [N/m]", "k_zz [s]"), "row 2, column k_zz: .* has the unit second"),
+        (
+            ["30,1,1,2,3,4,5,6,7,8"],
+            HEADER.replace("k_zz [N/m]", "k_zz [s]"),
+            "row 2, column k_zz: .* has the unit second",
+        ),
     ],
 )
 def test_faults_are_named_by_file_row_and_column(tmp_path, rows, header, words):

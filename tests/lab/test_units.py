@@ -59,6 +59,6 @@ def test_mass_wins_over_density():
 
 def test_lame_constants_give_back_the_modulus():
     m = Material()
-    assert m.shear_modulus * (3 * m.lame_lambda + 2 * m.shear_modulus) / (m.lame_lambda + m.shear_modulus) == pytest.approx(
-        m.youngs_modulus
-    )
+    assert m.shear_modulus * (3 * m.lame_lambda + 2 * m.shear_modulus) / (
+        m.lame_lambda + m.shear_modulus
+    ) == pytest.approx(m.youngs_modulus)

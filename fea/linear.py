@@ -1,0 +1,118 @@
+"""Direct solution of sparse symmetric systems behind one small interface."""
+
+import importlib.util
+import weakref
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fea.pattern import Pattern
+
+Array = NDArray[np.float64]
+
+
+class SingularMatrixError(ArithmeticError):
+    """The matrix could not be factorised or holds numbers that are not finite."""
+
+
+class LinearSolver(Protocol):
+    """Factorise once, solve often; the pattern stays."""
+
+    name: str
+
+    def factorise(self, data: Array) -> None:
+        """Take the values (stored,) of the pattern's upper triangle."""
+
+    def solve(self, right: Array) -> Array:
+        """Solution for ``right`` (n,) or (n, m) with the last factorisation."""
+
+
+class Pardiso:
+    """MKL Pardiso, symmetric indefinite, symbolic analysis kept between factorisations."""
+
+    name = "MKL Pardiso"
+    _MTYPE = -2
+    _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+
+    def __init__(self, pattern: Pattern) -> None:
+        from pypardiso import PyPardisoSolver
+        from pypardiso.pardiso_wrapper import PyPardisoError
+
+        self._error = PyPardisoError
+        self._pattern = pattern
+        self._solver = PyPardisoSolver(mtype=self._MTYPE)
+        self._matrix: Any = None
+        # Own settings: nested dissection, scaled 1x1 and 2x2 pivots, and no iterative refinement,
+        # which Newton's method does anyway and which costs two more solutions each time.
+        for number, value in ((1, 1), (2, 2), (8, 0), (10, 8), (21, 1)):
+            self._solver.iparm[number - 1] = value
+        weakref.finalize(self, _release, self._solver)
+
+    def factorise(self, data: Array) -> None:
+        """See ``LinearSolver``."""
+        from scipy.sparse import csr_matrix
+
+        if not np.isfinite(data).all():
+            raise SingularMatrixError("the matrix holds numbers that are not finite")
+        n, nothing = self._pattern.size, np.zeros(self._pattern.size)
+        fresh = self._matrix is None
+        self._matrix = csr_matrix((data, self._pattern.indices, self._pattern.indptr), shape=(n, n))
+        try:
+            for phase in ([self._ANALYSE] if fresh else []) + [self._FACTORISE]:
+                self._call(phase, nothing)
+        except self._error as error:
+            raise SingularMatrixError(str(error)) from None
+
+    def solve(self, right: Array) -> Array:
+        """See ``LinearSolver``."""
+        return self._call(self._SOLVE, np.asfortranarray(right))
+
+    def _call(self, phase: int, right: Array) -> Array:
+        self._solver.set_phase(phase)
+        # The public ``factorize`` would analyse again: the phases are called one by one.
+        return self._solver._call_pardiso(self._matrix, right)
+
+
+def _release(solver: Any) -> None:
+    solver.free_memory(everything=True)
+
+
+class SuperLU:
+    """SciPy's SuperLU in symmetric mode; everywhere available."""
+
+    name = "SciPy SuperLU"
+
+    def __init__(self, pattern: Pattern) -> None:
+        self._pattern = pattern
+        self._factors: Any = None
+
+    def factorise(self, data: Array) -> None:
+        """See ``LinearSolver``."""
+        from scipy.sparse.linalg import splu
+
+        if not np.isfinite(data).all():
+            raise SingularMatrixError("the matrix holds numbers that are not finite")
+        try:
+            self._factors = splu(
+                self._pattern.full(data).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )  # fmt: skip
+        except RuntimeError as error:
+            raise SingularMatrixError(str(error)) from None
+
+    def solve(self, right: Array) -> Array:
+        """See ``LinearSolver``."""
+        return self._factors.solve(np.ascontiguousarray(right))
+
+
+SOLVERS: dict[str, type[Pardiso] | type[SuperLU]] = {"pardiso": Pardiso, "superlu": SuperLU}
+
+
+def make_solver(kind: str, pattern: Pattern) -> LinearSolver:
+    """Solver of ``kind`` ``pardiso``, ``superlu`` or ``auto`` (Pardiso where it is installed)."""
+    if kind == "auto":
+        kind = "pardiso" if importlib.util.find_spec("pypardiso") else "superlu"
+    if kind not in SOLVERS:
+        raise ValueError(f"no linear solver {kind!r}; there are auto, {', '.join(SOLVERS)}")
+    return SOLVERS[kind](pattern)

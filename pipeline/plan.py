@@ -1,0 +1,238 @@
+"""From a study to jobs: one sample is one job that writes its own file."""
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from calibrate.spec import TrackingFit
+from lab.experiments import Experiment
+from lab.published import PREFIX, StiffnessTable, locate, read_stiffness_table
+from lab.specimens import Specimen
+from lab.units import to_si
+from pipeline.provenance import source_hash
+from pipeline.study import FeaPerformer, Performer, Study, StudyError, digest
+from pipeline.sweep import Value, changed, points, shown
+
+Stage = Literal["mesh", "fea", "prb", "fit"]
+#: Where outputs go, from the project's root; SCRAM_RUNS names another place, as a cluster's scratch disk.
+RUNS = Path(os.environ.get("SCRAM_RUNS", "runs"))
+#: What each stage's answer depends on: packages or modules, by import name.
+SOURCES: Mapping[str, tuple[str, ...]] = {
+    "mesh": ("lab", "meshes", "pipeline.stages.mesh"),
+    "fea": ("lab", "meshes", "fea", "results.store", "pipeline.stages.perform"),
+    "prb": ("lab", "prb", "results.store", "pipeline.stages.perform"),
+    "fit": ("lab", "prb", "calibrate", "results.store", "pipeline.stages.fit"),
+}
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One specimen in one experiment by one performer.
+
+    Parameters
+    ----------
+    campaign, performer
+        Names in the study.
+    slug
+        The swept values as text, shared by all performers of a sample; ``single`` without a sweep.
+    specimen, experiment, model
+        Resolved inputs.
+    """
+
+    campaign: str
+    performer: str
+    slug: str
+    specimen_name: str
+    specimen: Specimen
+    experiment: Experiment
+    model: Performer
+
+    @property
+    def id(self) -> str:
+        """Name of the sample's job and file."""
+        return f"{self.campaign}.{self.performer}.{self.slug}"
+
+    @property
+    def stage(self) -> Stage:
+        """Stage that performs it."""
+        return self.model.kind
+
+
+@dataclass(frozen=True)
+class Job:
+    """One call of a stage.
+
+    Parameters
+    ----------
+    inputs, output
+        Paths from the project's root.
+    params
+        Everything else that the answer depends on, as plain data.
+    """
+
+    stage: Stage
+    id: str
+    inputs: tuple[str, ...]
+    output: str
+    params: Mapping[str, Any]
+
+
+class Plan:
+    """All jobs of a study."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self.folder = RUNS / study.study
+
+    @cached_property
+    def samples(self) -> dict[str, Sample]:
+        """Samples by id, in the order of the study."""
+        found: dict[str, Sample] = {}
+        for name, campaign in self.study.campaigns.items():
+            for performer in campaign.performers:
+                for point in points(campaign.sweep):
+                    sample = self._sample(name, performer, point)
+                    if sample.id in found:
+                        raise StudyError(f"campaigns.{name}.sweep: {sample.slug} stands in it twice")
+                    found[sample.id] = sample
+        return found
+
+    def _sample(self, campaign: str, performer: str, point: Mapping[str, Value]) -> Sample:
+        spec = self.study.campaigns[campaign]
+        bench: dict[str, Any] = {
+            "specimen": self.study.specimens[spec.specimen],
+            "experiment": self.study.experiments[spec.experiment],
+            "performer": self.study.performers[performer],
+        }
+        words = []
+        for axis, value in point.items():
+            part, _, path = axis.partition(".")
+            try:
+                bench[part] = changed(bench[part], path, value)
+            except ValueError as error:
+                raise StudyError(f"campaigns.{campaign}.sweep.{axis}: {error}") from None
+            words.append(f"{path.rpartition('.')[2]}={shown(bench[part], path)}")
+        slug = "_".join(words).replace("/", "per").replace("^", "").replace("*", "").replace(" ", "") or "single"
+        return Sample(
+            campaign, performer, slug, spec.specimen, bench["specimen"], bench["experiment"], bench["performer"]
+        )
+
+    def of_campaign(self, campaign: str, performer: str | None = None) -> list[Sample]:
+        """Samples of a campaign, of one performer when it is named."""
+        return [s for s in self.samples.values() if s.campaign == campaign and performer in (None, s.performer)]
+
+    @cached_property
+    def jobs(self) -> dict[Stage, dict[str, Job]]:
+        """Jobs by stage and id."""
+        jobs: dict[Stage, dict[str, Job]] = {"mesh": {}, "fea": {}, "prb": {}, "fit": {}}
+        for sample in self.samples.values():
+            if isinstance(sample.model, FeaPerformer):
+                mesh = self.mesh_job(sample)
+                jobs["mesh"][mesh.id] = mesh
+            jobs[sample.stage][sample.id] = self._sample_job(sample)
+        for name in self.study.fits:
+            jobs["fit"][name] = self._fit_job(name)
+        return jobs
+
+    def mesh_job(self, sample: Sample) -> Job:
+        """The mesh of an FEA sample; samples with the same geometry share it."""
+        if not isinstance(sample.model, FeaPerformer):
+            raise TypeError(f"{sample.id} needs no mesh")
+        geometry, options = sample.specimen.geometry(), sample.model.mesh
+        params = {"specimen": {"kind": sample.specimen.kind, **geometry}, "mesh": options.model_dump()}
+        id = f"{sample.specimen_name}_{options.along}x{options.across}x{options.through}_{digest(params)[:8]}"
+        return Job("mesh", id, (), str(self.folder / "meshes" / f"{id}.msh"), self._sourced("mesh", params))
+
+    def _sample_job(self, sample: Sample) -> Job:
+        inputs = [self.mesh_job(sample).output] if isinstance(sample.model, FeaPerformer) else []
+        if sample.model.fit:
+            inputs.append(self.fit_output(sample.model.fit))
+        params = {
+            "specimen": sample.specimen.model_dump(mode="json"),
+            "experiment": sample.experiment.model_dump(mode="json"),
+            "performer": sample.model.model_dump(mode="json"),
+        }
+        return Job(sample.stage, sample.id, tuple(inputs), self.output(sample), self._sourced(sample.stage, params))
+
+    def _fit_job(self, name: str) -> Job:
+        fit = self.study.fits[name]
+        records = [self.output(s) for s in self.fit_samples(name)]
+        params: dict[str, Any] = {"fit": fit.model_dump(mode="json")}
+        if isinstance(fit, TrackingFit):
+            params["performer"] = self.study.performers[fit.model].model_dump(mode="json")
+        else:
+            lab = self.study.lab[fit.reference]
+            params["lab"] = lab.model_dump(mode="json")
+            if not lab.file.startswith(PREFIX):
+                records.append(lab.file)
+        return Job("fit", name, tuple(records), self.fit_output(name), self._sourced("fit", params))
+
+    def fit_samples(self, name: str) -> list[Sample]:
+        """Samples whose records a fit reads."""
+        fit = self.study.fits[name]
+        if fit.kind == "modulus":
+            return self._behind_rows(name)
+        if fit.kind == "readings":
+            campaigns = [fit.campaign, *([fit.compliant_campaign] if fit.compliant_campaign else [])]
+            return [sample for campaign in campaigns for sample in self.of_campaign(campaign, fit.model)]
+        samples = {s.slug: s for s in self.of_campaign(fit.campaign, fit.reference)}
+        for slug in (*fit.used, *fit.held_out):
+            if slug not in samples:
+                raise StudyError(
+                    f"fits.{name}.used: no sample {slug!r}; campaign {fit.campaign} has {', '.join(samples)}"
+                )
+        return [samples[slug] for slug in (*fit.used, *fit.held_out)]
+
+    def _behind_rows(self, name: str) -> list[Sample]:
+        """The sample behind each lab row that a modulus fit uses."""
+        fit = self.study.fits[name]
+        places = self.rows_of_table(fit.reference, fit.campaign, fit.model)
+        for text in fit.used:
+            if to_si(text, "deg") not in places:
+                rows = ", ".join(f"{phi:g} deg" for phi in places)
+                raise StudyError(
+                    f"fits.{name}.used: no row {text!r} with a sample of {fit.campaign} behind it; there is {rows}"
+                )
+        return [places[to_si(text, "deg")] for text in fit.used]
+
+    def rows_of_table(self, table: str, campaign: str, performer: str) -> dict[float, Sample]:
+        """The sample behind each row (published phi, deg) of a lab table, as the study reads it."""
+        found: dict[float, Sample] = {}
+        for phi in self.lab_table(table).rows:
+            angles = [math.radians(angle) for angle in self.study.lab[table].reading.specimen_angles(phi)]
+            for sample in self.of_campaign(campaign, performer):
+                beam = (sample.specimen.twist, sample.specimen.root_angle)
+                if all(math.isclose(a, b, abs_tol=1e-9) for a, b in zip(beam, angles, strict=True)):
+                    found.setdefault(phi, sample)
+        return found
+
+    def lab_table(self, name: str) -> StiffnessTable:
+        """A lab table of the study, read from its file."""
+        file = self.study.lab[name].file
+        try:
+            return read_stiffness_table(locate(file, Path()) if file.startswith(PREFIX) else Path(file))
+        except (OSError, ValueError) as error:
+            raise StudyError(f"lab.{name}.file: {error}") from None
+
+    def output(self, sample: Sample) -> str:
+        """Record file of a sample."""
+        return str(self.folder / sample.stage / f"{sample.id}.vtkhdf")
+
+    def fit_output(self, name: str) -> str:
+        """Result file of a fit."""
+        return str(self.folder / "fits" / f"{name}.json")
+
+    def outputs(self, stage: Stage) -> list[str]:
+        """All files of a stage."""
+        return [job.output for job in self.jobs[stage].values()]
+
+    def whole(self, *sources: str) -> dict[str, Any]:
+        """Params of a job that reads the whole study and runs the named sources."""
+        return {"study": self.study.model_dump(mode="json"), "source": source_hash(*sources)}
+
+    def _sourced(self, stage: Stage, params: Mapping[str, Any]) -> dict[str, Any]:
+        return {**params, "source": source_hash(*SOURCES[stage])}

@@ -1,0 +1,102 @@
+"""The main job: a study through Snakemake, then its tables and where everything lies."""
+
+import fcntl
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from lab.records import Record
+from pipeline.plan import Plan
+from pipeline.provenance import ROOT
+from pipeline.study import StudyError, load_study
+from results.store import StoreError, read_record
+
+
+def run_study(path: Path, cores: int | None, profile: str | None, dry_run: bool, retry_failed: bool) -> int:
+    """Run the study at ``path`` and print what came out; 0 done, 1 a sample failed, 2 wrong input."""
+    path = path.resolve() if path.is_file() else ROOT / path
+    plan = Plan(load_study(path))
+    jobs = plan.jobs
+    os.chdir(ROOT)
+    print(f"Study {plan.study.study} ({_shortened(path)}): " + ", ".join(f"{len(j)} {s}" for s, j in jobs.items() if j))
+    with _only_run_of(plan.folder) as inherited:
+        for left_over in plan.folder.rglob(".*.tmp.*"):  # of a killed job; nobody else is writing now
+            left_over.unlink()
+        if retry_failed and not dry_run:
+            _forget_failed(plan)
+        command = [sys.executable, "-m", "snakemake", "--snakefile", "Snakefile", "--configfile", str(path), "--nolock"]
+        command += ["--cores", str(cores) if cores else "all", *(["--workflow-profile", profile] if profile else [])]
+        if dry_run:
+            return _list_jobs(command)
+        print(f"  {' '.join(['snakemake', *command[3:]])}\n", flush=True)
+        start = time.perf_counter()
+        done = subprocess.run(command, pass_fds=[inherited])
+        print(f"\nworkflow: {time.perf_counter() - start:.0f} s")
+    if done.returncode:
+        print(f"some jobs did not finish; their words are in {plan.folder}/logs/; run again to go on", file=sys.stderr)
+        return 1
+    return show_results(plan)
+
+
+def _shortened(path: Path) -> Path:
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
+
+
+@contextmanager
+def _only_run_of(folder: Path) -> Iterator[int]:
+    """Hold the study's lock; the kernel frees it with the last of our processes, so it never goes stale."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / ".lock", "w") as handle:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise StudyError(f"{folder}: another run of this study is still going on; wait for it or end it") from None
+        yield handle.fileno()
+
+
+def _forget_failed(plan: Plan) -> None:
+    for sample in plan.samples.values():
+        file = Path(plan.output(sample))
+        if file.is_file() and (record := _readable(file)) and record.status in ("diverged", "failed"):
+            file.unlink()
+
+
+def _readable(file: Path) -> Record | None:
+    try:
+        return read_record(file, with_fields=False)
+    except StoreError:
+        return None
+
+
+def _list_jobs(command: list[str]) -> int:
+    """Jobs per stage that a run would do, and why, from Snakemake's own dry run."""
+    done = subprocess.run([*command, "--dry-run", "--quiet", "rules"], capture_output=True, text=True)
+    print(done.stdout + done.stderr)
+    return done.returncode
+
+
+def show_results(plan: Plan) -> int:
+    """Print the accuracy tables and where everything lies; 1 when a sample failed."""
+    from pipeline.stages.compare import groups_of, tables_of
+    from pipeline.stages.gather import entries
+    from results.tables import to_console
+
+    to_console(tables_of(plan, groups_of(plan, entries(plan))))
+    folder = plan.folder
+    pictures = json.loads((folder / "pictures" / "index.json").read_text(encoding="utf-8"))
+    print(f"\nreport    {folder}/report.html")
+    print(f"table     {folder}/accuracy.csv, {folder}/accuracy.md")
+    print(f"HDF5      {folder}/study.h5; one file per sample in {folder}/fea/ and {folder}/prb/")
+    print(f"models    {folder}/mjcf/")
+    print(f"pictures  {folder}/pictures/ ({len(pictures['files'])} files)")
+    if pictures["left_out"]:
+        print(f"          3D scenes left out: {pictures['left_out']}")
+    holes = json.loads((folder / "holes.json").read_text(encoding="utf-8"))
+    for hole in holes:
+        print(f"failed    {hole['sample']}: {hole['status']}, {hole['reason']}", file=sys.stderr)
+    return 1 if holes else 0

@@ -1,0 +1,78 @@
+"""Stage ``report``: one HTML file for readers."""
+
+import json
+
+from lab.experiments import Experiment, RingDown
+from lab.specimens import Specimen
+from pipeline.plan import SOURCES, Plan
+from pipeline.provenance import provenance
+from pipeline.stages.compare import groups_of, tables_of
+from pipeline.stages.gather import entries
+from pipeline.study import FeaPerformer, Reading
+from results.report import Picture, render
+from results.store import write_text
+
+
+def report(plan: Plan) -> str:
+    """Write ``report.html``; return a line about it."""
+    index = json.loads((plan.folder / "pictures" / "index.json").read_text(encoding="utf-8"))
+    pictures = [Picture(plan.folder / "pictures" / p["file"], p["caption"]) for p in index["files"]]
+    holes = json.loads((plan.folder / "holes.json").read_text(encoding="utf-8"))
+    tables = tables_of(plan, groups_of(plan, entries(plan)))
+    sources = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
+    about = {"study": plan.study.study, "study hash": plan.study.digest(), **provenance(sources)}
+    title = plan.study.title or plan.study.study
+    path = plan.folder / "report.html"
+    write_text(path, render(title, tables, pictures, index["left_out"], assumptions(plan), holes, about))
+    return f"{path}: {len(tables)} tables, {len(pictures)} pictures"
+
+
+def assumptions(plan: Plan) -> list[str]:
+    """What the text leaves open and this study decides, in words."""
+    study = plan.study
+    return [
+        *(_about_beam(name, beam) for name, beam in study.specimens.items()),
+        *(_about_experiment(name, experiment) for name, experiment in study.experiments.items()),
+        *(_about_reading(name, table.reading) for name, table in study.lab.items()),
+        *(
+            _about_virtual_lab(name, performer, next(iter(study.specimens.values())))
+            for name, performer in study.performers.items()
+            if isinstance(performer, FeaPerformer) and performer.origin == "virtual-lab"
+        ),
+    ]
+
+
+def _about_beam(name: str, beam: Specimen) -> str:
+    material = beam.material
+    return (
+        f"{name}: Poisson's ratio {material.poisson_ratio:g} and viscous time {material.viscous_time * 1e3:g} ms "
+        f"are not published. The dynamics use {beam.effective_density:.0f} kg/m^3: the text gives both 5.17 g and "
+        f"1210 kg/m^3, which is {1210 * beam.area * beam.length * 1e3:.2f} g for this volume."
+    )
+
+
+def _about_experiment(name: str, experiment: Experiment) -> str:
+    if isinstance(experiment, RingDown):
+        places = "; ".join("(" + ", ".join(f"{c * 1e3:g}" for c in place) + ")" for place in experiment.markers)
+        return f"{name}: the load's direction and the markers' places, {places} mm from the tip's centre, are assumed."
+    return (
+        f"{name}: {experiment.increments} evenly spaced increments per leg are assumed; "
+        "their spacing weighs the regression, since the tip hardens."
+    )
+
+
+def _about_reading(name: str, reading: Reading) -> str:
+    return (
+        f"{name}: published phi is read as {'right' if reading.twist_sense > 0 else 'left'}-handed about +x, "
+        f"the clamp of rows {', '.join(reading.turned_rows) or 'none'} as turned by {reading.turned_by}. "
+        "The text says neither. The reading was chosen with sight of all rows: a fit of kind readings shows the alternatives."
+    )
+
+
+def _about_virtual_lab(name: str, performer: FeaPerformer, beam: Specimen) -> str:
+    material = performer.applied_to(beam).material
+    return (
+        f"{name} is no measurement but a finer FEA that plays the lab: E {material.youngs_modulus / 1e6:g} MPa, "
+        f"viscous time {material.viscous_time * 1e3:g} ms, mass damping {material.mass_damping:g} 1/s, marker noise "
+        f"{performer.noise * 1e3:g} mm."
+    )

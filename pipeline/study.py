@@ -1,0 +1,229 @@
+"""The study file: what is built, tested, computed, fitted and compared.  One YAML file, strictly checked."""
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from calibrate.spec import ModulusFit, ReadingsFit, TrackingFit
+from fea.model import FeaModel
+from lab.experiments import Experiment
+from lab.materials import Frozen
+from lab.published import PREFIX, locate
+from lab.specimens import Specimen
+from lab.units import WRITTEN_BY_HAND, to_si
+from pipeline.sweep import Grid
+from prb.model import PrbModel
+from prb.topologies import TOPOLOGIES
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]*")
+
+
+class StudyError(ValueError):
+    """Wrong input, one line per fault."""
+
+
+class FeaPerformer(FeaModel):
+    """FEA, with the material figures that a fit found when ``fit`` names one."""
+
+    fit: str | None = None
+
+
+class PrbPerformer(PrbModel):
+    """PRB model, with the parameters that a fit found when ``fit`` names one."""
+
+    fit: str | None = None
+
+
+Performer = Annotated[FeaPerformer | PrbPerformer, Field(discriminator="kind")]
+Fit = Annotated[TrackingFit | ModulusFit | ReadingsFit, Field(discriminator="kind")]
+
+
+class Campaign(Frozen):
+    """One experiment on one specimen by several performers, over a sweep."""
+
+    specimen: str
+    experiment: str
+    performers: list[str] = Field(min_length=1)
+    #: Grids whose union is swept; keys are ``specimen.X``, ``experiment.X`` or ``performer.X``.
+    sweep: list[Grid] = Field(default_factory=list)
+
+    @field_validator("sweep", mode="before")
+    @classmethod
+    def _one_grid_or_several(cls, value: Any) -> Any:
+        return [value] if isinstance(value, dict) else value
+
+
+class Reading(Frozen):
+    """How the rows of a stiffness table are read: ASSUMED, since the text does not say."""
+
+    #: +1: published phi is right-handed about our +x; -1: left-handed.
+    twist_sense: Literal[-1, 1] = 1
+    #: Published phi of the beams whose clamp was turned, and by how much.
+    turned_rows: list[str] = Field(default_factory=list)
+    turned_by: str = "0 deg"
+
+    def specimen_angles(self, phi_deg: float) -> tuple[float, float]:
+        """Twist and root angle (deg) of the specimen behind the row ``phi_deg``."""
+        turned = any(abs(to_si(row, "deg") - phi_deg) < 1e-9 for row in self.turned_rows)
+        return self.twist_sense * phi_deg, to_si(self.turned_by, "deg") if turned else 0.0
+
+
+class LabTable(Frozen):
+    """A measured stiffness table and how it is read."""
+
+    file: str
+    reading: Reading = Reading()
+
+
+class Comparison(Frozen):
+    """A campaign's numbers against a reference: a lab table, or a performer of the same campaign."""
+
+    campaign: str
+    reference: str
+
+
+class Study(Frozen):
+    """A whole study; see ``config/quick.yaml`` for one that uses everything."""
+
+    study: str
+    title: str = ""
+    specimens: dict[str, Specimen]
+    experiments: dict[str, Experiment]
+    performers: dict[str, Performer]
+    campaigns: dict[str, Campaign]
+    lab: dict[str, LabTable] = Field(default_factory=dict)
+    fits: dict[str, Fit] = Field(default_factory=dict)
+    comparisons: list[Comparison] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _references_exist(self) -> "Study":
+        if faults := list(self._faults()):
+            raise ValueError("\n".join(faults))
+        return self
+
+    def _faults(self) -> Iterator[str]:
+        sections = ("specimens", "experiments", "performers", "campaigns", "lab", "fits")
+        names = [("study", self.study), *((s, name) for s in sections for name in getattr(self, s))]
+        for section, name in names:
+            if not NAME.fullmatch(name):
+                yield f"{section}: the name {name!r} must be letters, digits and hyphens, a letter first"
+        for name, campaign in self.campaigns.items():
+            yield from _missing(f"campaigns.{name}.specimen", [campaign.specimen], self.specimens)
+            yield from _missing(f"campaigns.{name}.experiment", [campaign.experiment], self.experiments)
+            yield from _missing(f"campaigns.{name}.performers", campaign.performers, self.performers)
+            for axis in {axis for grid in campaign.sweep for axis in grid}:
+                if axis.partition(".")[0] not in ("specimen", "experiment", "performer"):
+                    yield f"campaigns.{name}.sweep: {axis!r} must start with specimen., experiment. or performer."
+        for name, performer in self.performers.items():
+            yield from _missing(f"performers.{name}.fit", [performer.fit] if performer.fit else [], self.fits)
+        for name, fit in self.fits.items():
+            yield from _missing(f"fits.{name}.campaign", [fit.campaign], self.campaigns)
+            yield from _missing(f"fits.{name}.model", [fit.model], self.performers)
+            if isinstance(fit, TrackingFit):
+                yield from self._free_faults(name, fit)
+            known = self.performers if isinstance(fit, TrackingFit) else self.lab
+            if isinstance(fit, ReadingsFit) and fit.compliant_campaign:
+                yield from _missing(f"fits.{name}.compliant_campaign", [fit.compliant_campaign], self.campaigns)
+            yield from _missing(f"fits.{name}.reference", [fit.reference], known)
+        for number, comparison in enumerate(self.comparisons):
+            yield from _missing(f"comparisons.{number}.campaign", [comparison.campaign], self.campaigns)
+            yield from _missing(
+                f"comparisons.{number}.reference", [comparison.reference], {**self.lab, **self.performers}
+            )
+
+    def _free_faults(self, name: str, fit: TrackingFit) -> Iterator[str]:
+        model = self.performers.get(fit.model)
+        if isinstance(model, FeaPerformer):
+            yield f"fits.{name}.model: {fit.model!r} is no PRB performer"
+        if not isinstance(model, PrbPerformer):
+            return
+        for parameter, bounds in fit.free.items():
+            try:
+                declared = TOPOLOGIES[model.topology].parameter(parameter)
+                for bound in bounds or ():
+                    declared.check(to_si(bound, declared.unit) if isinstance(bound, str) else bound)
+            except ValueError as error:
+                yield f"fits.{name}.free: {error}"
+
+    def digest(self) -> str:
+        """SHA-256 of the resolved study."""
+        return digest(self.model_dump(mode="json"))
+
+
+def _missing(where: str, names: list[str], known: dict[str, Any]) -> Iterator[str]:
+    for name in names:
+        if name not in known:
+            yield f"{where}: no {name!r}; there is {', '.join(known) or 'none'}"
+
+
+def digest(data: Any) -> str:
+    """SHA-256 of plain data in canonical JSON."""
+    return hashlib.sha256(json.dumps(data, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def load_study(path: Path) -> Study:
+    """Read and check a study file.
+
+    YAML files are written by hand: every quantity needs its unit.  JSON files are resolved studies
+    in SI, as the workflow writes them.
+
+    Raises
+    ------
+    StudyError
+        One line per fault, each naming the field, the value and what is allowed.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({error.strerror})") from None
+    if path.suffix == ".json":
+        return Study.model_validate_json(text)
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
+    return check_study(data, path.parent, path.name)
+
+
+def check_study(data: Any, beside: Path, name: str = "study") -> Study:
+    """The study in ``data`` as written by hand; lab files are looked for beside it."""
+    if not isinstance(data, dict):
+        raise StudyError(f"{name}: a study is a mapping of sections, not {type(data).__name__}")
+    try:
+        study = Study.model_validate(data, context=WRITTEN_BY_HAND)
+    except ValidationError as error:
+        raise StudyError("\n".join(f"{name}: {line}" for line in _lines(error))) from None
+    try:
+        # Absolute, since the resolved study is read from another folder.
+        tables = {key: t.model_copy(update={"file": _located(t.file, beside, key)}) for key, t in study.lab.items()}
+    except ValueError as error:
+        raise StudyError(f"{name}: {error}") from None
+    return study.model_copy(update={"lab": tables})
+
+
+def _located(file: str, beside: Path, key: str) -> str:
+    try:
+        path = locate(file, beside)
+    except ValueError as error:
+        raise ValueError(f"lab.{key}.file: {error}") from None
+    return file if file.startswith(PREFIX) else str(path.resolve())
+
+
+def _lines(error: ValidationError) -> Iterator[str]:
+    for fault in error.errors():
+        where = ".".join(
+            str(part) for part in fault["loc"] if part not in ("TwistedBeam", "StaticStiffness", "RingDown")
+        )
+        message = fault["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+        if fault["type"] == "extra_forbidden":
+            message = "unknown key"
+        for line in message.splitlines():
+            value = fault["input"]
+            shown = f" (is {value!r})" if isinstance(value, int | float | str) and repr(value) not in line else ""
+            yield f"{where}: {line}{shown}" if where else line

@@ -1,0 +1,22 @@
+"""How the pseudo-rigid-body performer performs each kind of experiment: one file each."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from lab.experiments import Experiment
+from lab.records import Record
+from lab.specimens import Specimen
+from prb.experiments.ring_down import ring_down
+from prb.experiments.static_stiffness import static_stiffness
+from prb.model import PrbModel
+
+#: Performer of each kind of experiment: ``(specimen, experiment, model) -> Record``.
+PERFORMERS: Mapping[str, Callable[[Specimen, Any, PrbModel], Record]] = {
+    "RingDown": ring_down,
+    "StaticStiffness": static_stiffness,
+}
+
+
+def perform(specimen: Specimen, experiment: Experiment, model: PrbModel) -> Record:
+    """Record of ``experiment`` on ``specimen`` as the ``model`` sees it, origin ``prb``."""
+    return PERFORMERS[experiment.kind](specimen, experiment, model)

@@ -1,0 +1,246 @@
+"""Equilibrium of a mechanism in joint coordinates q, on MuJoCo's kinematics.
+
+With the joint stiffnesses K, the tip's Jacobians J_p and J_r (3, joints), and a force f and moment m
+on the tip (m about its current centre, fixed axes), equilibrium is K q = J_p^T f + J_r^T m.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from prb.mujoco_model import TIP
+
+Array = NDArray[np.float64]
+_TOLERANCE, _ITERATIONS, _SMALLEST_STEP = 1e-11, 12, 1.0 / 1024
+#: Largest joint motion that one load step may bring, rad (and in slides far above any stretch in m).
+_LARGEST_TURN = 1.0
+
+
+class NotConverged(RuntimeError):
+    """No equilibrium was found; the message says at which share of the load."""
+
+
+@dataclass(frozen=True)
+class Tip:
+    """Posture of the tip: centre (3,), m; rotation (3, 3); Jacobians (3, joints)."""
+
+    position: Array
+    rotation: Array
+    jacp: Array
+    jacr: Array
+
+    @property
+    def jacobian(self) -> Array:
+        """Both Jacobians, (6, joints): three translations, then three rotations."""
+        return np.vstack([self.jacp, self.jacr])
+
+    def geometric_stiffness(self, force: Array, moment: Array | None = None) -> Array:
+        """Derivative of J_p^T f + J_r^T m by the joint coordinates, (joints, joints).
+
+        In a serial chain the column j of a Jacobian turns with every hinge i nearer the clamp:
+        d J_p,j / d q_i = a_i x J_p,j and d J_r,j / d q_i = a_i x a_j for i < j.  The force's part is
+        symmetric (a dead force has a potential), the moment's is not.
+        """
+        upper, above = _triangles(self.jacp.shape[1])
+        near = (_cross_matrix(force) @ self.jacr).T @ self.jacp
+        result = upper * near + (above * near).T
+        if moment is not None:
+            result += (above * ((_cross_matrix(moment) @ self.jacr).T @ self.jacr)).T
+        return result
+
+
+@cache
+def _triangles(n: int) -> tuple[Array, Array]:
+    """Masks of the upper triangle with and without the diagonal; ``np.triu`` is slow on small matrices."""
+    return np.triu(np.ones((n, n))), np.triu(np.ones((n, n)), 1)
+
+
+def _cross_matrix(v: Array) -> Array:
+    """Matrix of u -> v x u; then (v x a) . p = v . (a x p)."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+class Chain:
+    """A compiled mechanism as seen by statics.
+
+    Parameters
+    ----------
+    model
+        From ``prb.mujoco_model``.
+    data
+        Scratch of the model; made when left out.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None) -> None:
+        self.model, self.data = model, mujoco.MjData(model) if data is None else data
+        self.site = model.site(TIP).id
+        self.stiffness: Array = model.jnt_stiffness.copy()
+        self.length = float(self.tip(np.zeros(model.nq)).position[0])
+
+    def tip(self, joints: Array) -> Tip:
+        """Posture of the tip at the joint coordinates (joints,), rad or m."""
+        model, data = self.model, self.data
+        data.qpos[:] = joints
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        jacobian = np.empty((2, 3, model.nv))
+        mujoco.mj_jacSite(model, data, jacobian[0], jacobian[1], self.site)
+        rotation = data.site_xmat[self.site].reshape(3, 3).copy()
+        return Tip(data.site_xpos[self.site].copy(), rotation, jacobian[0], jacobian[1])
+
+    def nodes(self, joints: Array) -> Array:
+        """Ends of the links at the joint coordinates, (links + 1, 3), m."""
+        tip = self.tip(joints).position
+        return np.vstack([self.data.xpos[1:], tip])
+
+    def energy(self, joints: Array) -> float:
+        """Elastic energy of the joints, J."""
+        return float(0.5 * np.sum(self.stiffness * joints**2))
+
+
+def tip_compliance(chain: Chain) -> tuple[Array, int]:
+    """Compliance of the tip at rest and its rank.
+
+    Returns
+    -------
+    compliance
+        J K^-1 J^T, (6, 6): m/N, rad/N and rad/(N*m); translations before rotations.
+    rank
+        Number of independent motions that forces on the tip can cause, with rotations and
+        translations made comparable by the length.
+    """
+    jacobian = chain.tip(np.zeros_like(chain.stiffness)).jacobian
+    scaled = np.concatenate([np.full(3, 1.0 / chain.length), np.ones(3)])[:, None] * jacobian
+    compliance = (jacobian / chain.stiffness) @ jacobian.T
+    return compliance, int(np.linalg.matrix_rank(scaled, rtol=1e-9))
+
+
+def hang(chain: Chain, force: Array) -> Array:
+    """Stable equilibrium under a dead force on the tip's centre.
+
+    Newton's method along a growing load.  A load step is halved when it does not converge, moves a
+    joint by more than a radian, or ends where the tangent is not positive definite, so that the
+    result is the state that a slowly hung weight reaches.
+
+    Parameters
+    ----------
+    force
+        In the fixed axes, (3,), N.
+
+    Returns
+    -------
+    joints
+        (joints,), rad or m.
+
+    Raises
+    ------
+    NotConverged
+        Where the load path ends, as at a snap.
+    """
+    joints, done, step = np.zeros_like(chain.stiffness), 0.0, 1.0
+    while done < 1.0:
+        found = _newton_force(chain, joints, (done + step) * force)
+        if found is None:
+            step /= 2.0
+            if step < _SMALLEST_STEP:
+                raise NotConverged(f"static start: no stable equilibrium beyond {100 * done:.1f} % of the load")
+            continue
+        joints, done = found, done + step
+        step = min(2.0 * step, 1.0 - done)
+    return joints
+
+
+def _newton_force(chain: Chain, start: Array, force: Array) -> Array | None:
+    joints, scale, elastic = start, float(np.linalg.norm(force)) * chain.length, np.diag(chain.stiffness)
+    for _ in range(_ITERATIONS):
+        tip = chain.tip(joints)
+        residual = tip.jacp.T @ force - chain.stiffness * joints
+        tangent = elastic - tip.geometric_stiffness(force)
+        if np.abs(residual).max() <= _TOLERANCE * scale:
+            return joints if np.linalg.eigvalsh(tangent)[0] > 0.0 else None
+        try:
+            joints = joints + np.linalg.solve(tangent, residual)
+        except np.linalg.LinAlgError:
+            return None
+        if not np.abs(joints - start).max() < _LARGEST_TURN:
+            return None
+    return None
+
+
+@dataclass(frozen=True)
+class Held:
+    """A held tip: joint coordinates (joints,), and force (N) and moment (N*m) on the tip, (6,)."""
+
+    joints: Array
+    wrench: Array
+
+
+def hold(chain: Chain, motion: Array, start: Held | None = None, rig_compliance: float = 0.0) -> Held:
+    """Equilibrium with the tip held at a pose, the wrench being the Lagrange multiplier.
+
+    Parameters
+    ----------
+    motion
+        Robot's translation (m) and rotation vector (rad) from rest, (6,).
+    start
+        Nearby equilibrium; the state at rest when left out.
+    rig_compliance
+        Of the springs between robot and tip along x, y and z, m/N.
+
+    Raises
+    ------
+    NotConverged
+        When Newton's method fails from ``start``; come closer in smaller motions.
+    """
+    n = len(chain.stiffness)
+    joints, wrench = (np.zeros(n), np.zeros(6)) if start is None else (start.joints, start.wrench)
+    target = chain.tip(np.zeros(n)).position + motion[:3]
+    aim = _rotation_matrix(motion[3:])
+    matrix = np.zeros((n + 6, n + 6))
+    matrix[n : n + 3, n : n + 3] = rig_compliance * np.eye(3)
+    for _ in range(2 * _ITERATIONS):
+        tip = chain.tip(joints)
+        jacobian, turn = tip.jacobian, tip.rotation @ aim.T
+        balance = jacobian.T @ wrench - chain.stiffness * joints
+        off = target - rig_compliance * wrench[:3] - tip.position
+        # Sine of the remaining turn: zero with it, and of the same slope.
+        lag = 0.5 * np.array([turn[1, 2] - turn[2, 1], turn[2, 0] - turn[0, 2], turn[0, 1] - turn[1, 0]])
+        scale = max(float(np.abs(chain.stiffness * joints).max()), 1e-9 * float(chain.stiffness.max()))
+        gap = max(float(np.abs(off).max()) / chain.length, float(np.abs(lag).max()))
+        if np.abs(balance).max() <= 10 * _TOLERANCE * scale and gap <= _TOLERANCE:
+            return Held(joints, wrench)
+        matrix[:n, :n] = np.diag(chain.stiffness) - tip.geometric_stiffness(wrench[:3], wrench[3:])
+        matrix[:n, n:], matrix[n:, :n] = -jacobian.T, jacobian
+        step = np.linalg.solve(matrix, np.concatenate([balance, off, lag]))
+        joints, wrench = joints + step[:n], wrench + step[n:]
+        if not np.isfinite(joints).all():
+            break
+    raise NotConverged("clamped tip: Newton's method did not converge")
+
+
+def move(chain: Chain, start: Held, begin: Array, end: Array, rig_compliance: float = 0.0) -> Held:
+    """``hold`` at ``end``, reached from ``begin`` where ``start`` is the equilibrium, in as many moves as needed."""
+    held, done, step = start, 0.0, 1.0
+    while done < 1.0:
+        try:
+            held = hold(chain, begin + (done + step) * (end - begin), held, rig_compliance)
+        except (NotConverged, np.linalg.LinAlgError):
+            step /= 2.0
+            if step < _SMALLEST_STEP:
+                raise NotConverged(f"clamped tip: no equilibrium beyond {100 * done:.1f} % of an increment") from None
+            continue
+        done += step
+        step = min(2.0 * step, 1.0 - done)
+    return held
+
+
+def _rotation_matrix(vector: Array) -> Array:
+    """Rodrigues' formula, (3, 3)."""
+    angle = float(np.linalg.norm(vector))
+    cross = _cross_matrix(vector)
+    first = np.sinc(angle / np.pi)
+    second = 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    return np.eye(3) + first * cross + second * cross @ cross

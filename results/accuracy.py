@@ -1,0 +1,162 @@
+"""Accuracy rows: every number of a performer beside its reference, one row per number."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass, fields
+
+from lab.experiments import Experiment
+from lab.measures import relative_error, tracking_error, tracking_rms
+from lab.published import figures
+from lab.records import Record, Scalar
+
+#: Whether a number was seen by the fit behind its model.
+IN_SAMPLE, HELD_OUT, NOT_FITTED = "in sample", "held out", "not fitted"
+
+
+@dataclass(frozen=True)
+class FitUse:
+    """What the fit behind a performer has seen: samples (by slug) of one reference."""
+
+    reference: str
+    used: frozenset[str]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A record with its place in the study.
+
+    Parameters
+    ----------
+    campaign, performer, slug, specimen
+        Names in the study; the slug holds the swept values.
+    experiment
+        The experiment, which knows how to reduce the record.
+    fit
+        What the performer's parameters were fitted to, if anything.
+    path
+        Record file.
+    """
+
+    campaign: str
+    performer: str
+    slug: str
+    specimen: str
+    experiment: Experiment
+    record: Record
+    path: str
+    fit: FitUse | None = None
+
+    def scalars(self) -> dict[str, Scalar]:
+        """Reduced numbers; empty unless the record completed."""
+        return self.experiment.reduce(self.record) if self.record.completed else {}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number, as a line of ``accuracy.csv``; SI units, NaN where a number does not exist."""
+
+    campaign: str
+    specimen: str
+    sample: str
+    experiment: str
+    quantity: str
+    unit: str
+    origin: str
+    model: str
+    value: float
+    reference: str
+    reference_origin: str
+    reference_value: float
+    relative_error: float
+    use: str
+    wall_time_s: float
+    note: str = ""
+
+
+HEADER = tuple(field.name for field in fields(Row))
+
+
+def as_cells(row: Row) -> tuple[object, ...]:
+    """The row's cells, NaN as an empty cell."""
+    return tuple("" if isinstance(cell, float) and math.isnan(cell) else cell for cell in astuple(row))
+
+
+def use_of(entry: Entry, reference: str) -> str:
+    """Whether the entry's fit has seen its sample of this reference."""
+    if entry.fit is None:
+        return NOT_FITTED
+    return IN_SAMPLE if entry.fit.reference == reference and entry.slug in entry.fit.used else HELD_OUT
+
+
+def against_scalars(
+    entry: Entry,
+    names: Sequence[tuple[str, str]],
+    reference: str,
+    origin: str,
+    values: Mapping[str, Scalar],
+    label: str,
+) -> Iterator[Row]:
+    """Rows of the quantities ``names`` (name, unit) of an entry against reference numbers.
+
+    A model that cannot do the experiment gets rows without a value, with the reason as note.
+    """
+    reduced = entry.scalars()
+    for name, unit in names:
+        value = reduced[name].value if name in reduced else math.nan
+        reference_value = values[name].value if name in values else math.nan
+        error = relative_error(value, reference_value)
+        yield _row(entry, label, name, unit, value, reference, origin, reference_value, error)
+
+
+def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
+    """Rows of a ring-down against a reference ring-down: tracking error, main numbers, speed-up."""
+    names = ("release_y", "release_z", "frequency", "damping_ratio")
+    units = {"release_y": "m", "release_z": "m", "frequency": "Hz", "damping_ratio": "1"}
+    reference, origin = other.performer, other.record.origin
+    if entry.record.completed and other.record.completed:
+        ours, theirs = entry.record["markers"], other.record["markers"]
+        error, distance = tracking_error(ours, theirs), tracking_rms(ours, theirs)
+    else:
+        error = distance = math.nan
+    yield _row(entry, entry.slug, "tracking_error", "1", error, reference, origin, 0.0, error)
+    yield _row(entry, entry.slug, "tracking_rms", "m", distance, reference, origin, 0.0, math.nan)
+    yield from against_scalars(
+        entry, [(name, units[name]) for name in names], reference, origin, other.scalars(), entry.slug
+    )
+    if entry.record.origin == "prb" and origin != "prb":
+        ratio = _wall_time(other.record) / _wall_time(entry.record)
+        yield _row(entry, entry.slug, "speed_up", "1", ratio, reference, origin, 1.0, math.nan)
+
+
+def _row(
+    entry: Entry, label: str, name: str, unit: str, value: float, reference: str, origin: str, of: float, error: float
+) -> Row:
+    record = entry.record
+    return Row(
+        entry.campaign, entry.specimen, label, entry.experiment.kind, name, unit, record.origin, entry.performer, value,
+        reference, origin, of, error, use_of(entry, reference), _wall_time(record), record.reason,
+    )  # fmt: skip
+
+
+def _wall_time(record: Record) -> float:
+    return float(record.how.get("wall_time_s", math.nan))
+
+
+def published_ring_down() -> list[Row]:
+    """What the dissertation itself reports of its two models (5.4.2), for comparison of kinds, not of numbers."""
+    known = figures()
+    cases = (("fea", "c5-fea-error", "c5-fea-time", NOT_FITTED), ("prb", "c5-prb-error", "c5-prb-time", IN_SAMPLE))
+    note = "published; the recording and the definition of the percentage are not; time for 10 s simulated"
+    return [
+        Row(
+            "published", "dissertation beam", "not published", "RingDown", "tracking_error", "1", origin,
+            f"dissertation-{origin}", known[error]["value"] / 100, "dissertation-lab", "lab", 0.0,
+            known[error]["value"] / 100, use, known[time]["value"], note,
+        )
+        for origin, error, time, use in cases
+    ]  # fmt: skip
+
+
+def holes(entries: Iterable[Entry]) -> list[Entry]:
+    """Entries whose sample diverged or failed."""
+    return [entry for entry in entries if entry.record.status in ("diverged", "failed")]

@@ -1,0 +1,43 @@
+"""The HTML report: one file, pictures inside, tables first."""
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from results.tables import MARKS, Table
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG with its caption."""
+
+    file: Path
+    caption: str
+
+    def data_uri(self) -> str:
+        """The picture as a data URI."""
+        return "data:image/png;base64," + base64.b64encode(self.file.read_bytes()).decode()
+
+
+def render(
+    title: str,
+    tables: Sequence[Table],
+    pictures: Sequence[Picture],
+    left_out: str,
+    assumptions: Sequence[str],
+    holes: Sequence[Mapping[str, Any]],
+    provenance: Mapping[str, Any],
+) -> str:
+    """HTML text of the report."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    folder = Path(__file__).parent / "templates"
+    environment = Environment(
+        loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    return environment.get_template("report.html.jinja").render(
+        title=title, tables=tables, pictures=pictures, left_out=left_out, assumptions=assumptions, holes=holes,
+        provenance=provenance, marks=MARKS,
+    )  # fmt: skip

@@ -1,0 +1,134 @@
+"""3D pictures (pyvista), drawn in a child process: VTK without EGL ends in a segmentation fault."""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypedDict
+
+import numpy as np
+
+from lab.records import Fields
+from results.store import read_record
+
+
+class Panel(TypedDict):
+    """One picture in a row: a record file, the state to show (an index of its stored states), a caption."""
+
+    file: str
+    state: int
+    caption: str
+
+
+class Scene(TypedDict):
+    """A grid of panels in one PNG; ``colour`` names a cell field, empty for the bare mesh."""
+
+    output: str
+    title: str
+    colour: str
+    panels: list[Panel]
+    columns: int
+
+
+def draw(scenes: Sequence[Scene], timeout: float = 300.0) -> tuple[list[Path], str]:
+    """Draw the scenes in a child process.
+
+    Returns
+    -------
+    files, reason
+        Pictures that were drawn, and why the others were not (empty when all were).
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        spec = Path(folder) / "scenes.json"
+        spec.write_text(json.dumps(list(scenes)), encoding="utf-8")
+        try:
+            done = subprocess.run(
+                [sys.executable, "-m", "results.scenes", str(spec)], capture_output=True, text=True, timeout=timeout
+            )
+            reason = "" if not done.returncode else _why(done)
+        except subprocess.TimeoutExpired:
+            reason = f"the renderer took longer than {timeout:.0f} s"
+    return [path for scene in scenes if (path := Path(scene["output"])).is_file()], reason
+
+
+def _why(done: subprocess.CompletedProcess[str]) -> str:
+    said = (done.stderr.strip().splitlines() or ["no message"])[-1]
+    if done.returncode < 0:
+        name = signal.Signals(-done.returncode).name
+        return f"the renderer ended with {name}, as VTK does without EGL (Debian: libegl1); it said: {said}"
+    return f"the renderer ended with code {done.returncode}: {said}"
+
+
+def _grid(fields: Fields, state: int, scale: float = 1.0) -> Any:
+    """Grid of one state, deformed, with its cell fields."""
+    import pyvista as pv
+
+    displacement = fields.point_data["displacement"].values[state]
+    cells = np.column_stack([np.full(len(fields.cells), fields.cells.shape[1]), fields.cells]).ravel()
+    grid = pv.UnstructuredGrid(
+        cells, np.full(len(fields.cells), fields.cell_type, "u1"), fields.points + scale * displacement
+    )
+    for name, channel in fields.cell_data.items():
+        grid.cell_data[name] = channel.values[state]
+    return grid
+
+
+def _draw_scene(scene: Scene) -> None:
+    import pyvista as pv
+
+    panels = scene["panels"]
+    columns = min(scene["columns"], len(panels))
+    rows = -(-len(panels) // columns)
+    plotter = pv.Plotter(shape=(rows, columns), off_screen=True, window_size=(420 * columns, 340 * rows), border=False)
+    plotter.set_background("white", all_renderers=True)
+    fields = [read_record(Path(panel["file"])).fields for panel in panels]
+    limit = max(
+        (f.cell_data[scene["colour"]].values.max() for f in fields if f and scene["colour"] in f.cell_data), default=1.0
+    )
+    for i, (panel, field) in enumerate(zip(panels, fields, strict=True)):
+        plotter.subplot(i // columns, i % columns)
+        if field is not None:
+            _add(plotter, field, panel["state"], scene["colour"], float(limit), i == 0)
+        plotter.add_text(panel["caption"], font_size=8, color="black", position="upper_left")
+        plotter.view_vector((-0.9, -1.1, 0.7), viewup=(0, 0, 1))
+        plotter.reset_camera()
+        plotter.camera.zoom(1.25)
+    plotter.screenshot(scene["output"])
+    plotter.close()
+
+
+def _add(plotter: Any, fields: Fields, state: int, colour: str, limit: float, first: bool) -> None:
+    surface = _grid(fields, state).extract_surface(nonlinear_subdivision=3, algorithm=None)
+    if colour and colour in fields.cell_data:
+        # The shape at rest as an outline: a second surface would shine through the first.
+        outline = _grid(fields, 0, scale=0.0).extract_surface(nonlinear_subdivision=3, algorithm=None)
+        plotter.add_mesh(outline.extract_feature_edges(40.0), color="grey", line_width=1)
+        unit = fields.cell_data[colour].unit
+        bar = {
+            "title": f"{colour.replace('_', ' ')} [{unit}]", "color": "black", "fmt": "%.0e", "n_labels": 4,
+            "title_font_size": 13, "label_font_size": 12,
+            "width": 0.8, "height": 0.1, "position_x": 0.1, "position_y": 0.02,
+        }  # fmt: skip
+        # Logarithmic: legs and designs differ by orders of magnitude.
+        plotter.add_mesh(
+            surface, scalars=colour, cmap="viridis", clim=(1e-3 * limit, limit), log_scale=True, show_scalar_bar=first,
+            scalar_bar_args=bar if first else {},
+        )  # fmt: skip
+    else:
+        plotter.add_mesh(surface, color="#9ecae1", smooth_shading=False)
+        edges = _grid(fields, state).extract_all_edges()
+        plotter.add_mesh(edges, color="black", line_width=1)
+
+
+def main(spec: str) -> None:
+    """Draw all scenes of a spec file; the child's entry."""
+    for scene in json.loads(Path(spec).read_text(encoding="utf-8")):
+        Path(scene["output"]).parent.mkdir(parents=True, exist_ok=True)
+        _draw_scene(scene)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

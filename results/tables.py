@@ -1,0 +1,116 @@
+"""Accuracy tables for people: console, Markdown and HTML from one layout; ``accuracy.csv`` for programs."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lab.measures import TRACKING_ERROR_DEFINITION
+from results.accuracy import HEADER, IN_SAMPLE, Row, as_cells
+
+#: SI unit to the factor and unit that a person reads.
+_SHOWN = {"m": (1e3, "mm")}
+#: Round-off of entries that vanish by symmetry, SI; no quantity of the tables is this small.
+_NOUGHT = 1e-9
+MARKS = (
+    "value (error against the reference); * in sample: the fit behind the model has seen this number; "
+    f"a dash: the model has no such number. {TRACKING_ERROR_DEFINITION}."
+)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells as text, first row the header."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...] = ()
+
+
+def layout(title: str, rows: Sequence[Row]) -> Table:
+    """Samples and quantities down, the reference and every model across."""
+    models = list(dict.fromkeys(row.model for row in rows))
+    reference = f"{rows[0].reference} ({rows[0].reference_origin})"
+    cells: dict[tuple[str, str, str], dict[str, str]] = {}
+    references: dict[tuple[str, str, str], str] = {}
+    for row in rows:
+        key = (row.sample, row.quantity, row.unit)
+        cells.setdefault(key, {})[row.model] = _cell(row)
+        references[key] = (
+            _number(row, row.reference_value) if row.reference_value and row.quantity != "speed_up" else ""
+        )
+    lines = tuple(
+        (sample, f"{quantity.replace('_', ' ') if len(quantity) > 4 else quantity}{_unit(quantity, unit)}",
+         references[sample, quantity, unit], *(line.get(model, "") for model in models))
+        for (sample, quantity, unit), line in cells.items()
+    )  # fmt: skip
+    notes = tuple(dict.fromkeys(f"{row.model}: {row.note}" for row in rows if row.note))
+    return Table(title, ("sample", "quantity", reference, *models), lines, notes)
+
+
+def _unit(quantity: str, unit: str) -> str:
+    if quantity == "tracking_error":
+        return " [%]"
+    return "" if unit == "1" else f" [{_SHOWN.get(unit, (1, unit))[1]}]"
+
+
+def _number(row: Row, value: float) -> str:
+    factor = 100.0 if row.quantity == "tracking_error" else _SHOWN.get(row.unit, (1.0, ""))[0]
+    if abs(value) < _NOUGHT:
+        return "0"
+    text = f"{value * factor:.4g}"
+    return f"{value * factor:.0f}" if "e+" in text and abs(value * factor) < 1e9 else text
+
+
+def _cell(row: Row) -> str:
+    if math.isnan(row.value):
+        return "-"
+    mark = " *" if row.use == IN_SAMPLE else ""
+    derived = row.quantity in ("tracking_error", "tracking_rms", "speed_up") or math.isnan(row.relative_error)
+    error = "" if derived else f" ({row.relative_error:+.0%})"
+    return f"{_number(row, row.value)}{error}{mark}"
+
+
+def to_csv(rows: Sequence[Row]) -> str:
+    """Tidy CSV, one line per number, SI units, empty cells for numbers that do not exist."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADER)
+    writer.writerows(as_cells(row) for row in rows)
+    return text.getvalue()
+
+
+def to_markdown(tables: Sequence[Table]) -> str:
+    """Markdown document of all tables."""
+    parts = ["# Accuracy", MARKS]
+    for table in tables:
+        lines = [table.header, tuple("---" for _ in table.header), *table.rows]
+        parts.append(f"## {table.title}")
+        parts.append("\n".join("| " + " | ".join(line) + " |" for line in lines))
+        parts.extend(f"- {note}" for note in table.notes)
+    return "\n\n".join(parts) + "\n"
+
+
+def to_console(tables: Sequence[Table]) -> None:
+    """Print all tables to the terminal."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table as Grid
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    for table in tables:
+        grid = Grid(*map(escape, table.header), title=escape(table.title), title_justify="left")
+        last = None
+        for line in table.rows:
+            if last not in (None, line[0]):
+                grid.add_section()
+            grid.add_row(line[0] if line[0] != last else "", *map(escape, line[1:]))
+            last = line[0]
+        console.print(grid)
+        for note in table.notes:
+            console.print(f"  {note}", highlight=False, markup=False)
+    console.print(MARKS, highlight=False, markup=False)

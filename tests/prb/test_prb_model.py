@@ -1,0 +1,129 @@
+"""The study's side of the performer: parameters with units, bounds, and light imports."""
+
+import subprocess
+import sys
+from typing import get_args
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from lab.materials import Material
+from lab.specimens import TwistedBeam
+from lab.units import WRITTEN_BY_HAND
+from prb.model import PrbModel
+from prb.topologies import TOPOLOGIES
+from prb.topologies.topology import torsion_constant, torsional_rigidity
+
+
+def lines(error: ValidationError) -> list[str]:
+    return [fault["msg"].removeprefix("Value error, ") for fault in error.errors()]
+
+
+def written(topology: str, **parameters: object) -> PrbModel:
+    data = {"kind": "prb", "topology": topology, "parameters": parameters}
+    return PrbModel.model_validate(data, context=WRITTEN_BY_HAND)
+
+
+def test_text_with_units_becomes_si():
+    model = written("five-hinge", k="340 N*mm/rad", l2="23.66 mm")
+    assert model.parameters == pytest.approx({"k": 0.340, "l2": 0.02366})
+
+
+def test_python_callers_pass_si():
+    assert PrbModel(topology="gauss-chain", parameters={"E": 65e6}).parameters == {"E": 65e6}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "fragment"),
+    [
+        ({"k": 0.34}, "parameter k: 0.34 has no unit; write it like '0.34 N*m/rad'"),
+        ({"k": "5 mm"}, "parameter k: '5 mm' has the unit millimeter; expected one like N*m/rad"),
+        ({"stiffness": "1 N*m/rad"}, "topology five-hinge has no parameter 'stiffness'; it has k, b, l2"),
+        ({"k": "50 N*m/rad"}, "parameter k = 50 N*m/rad is out of bounds; allowed: 0.02 N*m/rad to 5 N*m/rad"),
+    ],
+)
+def test_wrong_parameters_are_refused_in_one_line(parameters, fragment):
+    with pytest.raises(ValidationError) as error:
+        written("five-hinge", **parameters)
+    assert lines(error.value) == [fragment]
+
+
+def test_bounds_that_depend_on_the_specimen_are_checked_with_it():
+    model = written("five-hinge", l2="30 mm")
+    assert model.values(TwistedBeam())["l2"] == pytest.approx(0.030)
+    with pytest.raises(ValueError, match=r"parameter l2 = 30 mm is out of bounds; allowed: 0.6 mm to 29.4 mm"):
+        model.values(TwistedBeam(length=0.030))
+
+
+def test_an_unknown_topology_is_named():
+    with pytest.raises(ValidationError, match="five-hinge-anisotropic"):
+        written("six-hinge", k="1 N*m/rad")
+
+
+def test_the_registry_and_the_model_agree():
+    assert set(get_args(PrbModel.model_fields["topology"].annotation)) == set(TOPOLOGIES)
+
+
+def test_the_schema_lets_text_in():
+    values = PrbModel.model_json_schema()["properties"]["parameters"]["additionalProperties"]
+    assert {option["type"] for option in values["anyOf"]} == {"number", "string"}
+
+
+def test_the_model_loads_no_simulator():
+    code = "import sys, prb, prb.model, calibrate.spec; assert 'mujoco' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_nominal_values_respect_their_bounds(name):
+    for parameter in TOPOLOGIES[name].declare(TwistedBeam()):
+        assert parameter.lower < parameter.nominal < parameter.upper
+
+
+@pytest.mark.parametrize("name", TOPOLOGIES)
+def test_links_add_up_to_the_specimen(name):
+    specimen = TwistedBeam(mass=0.00517, tip_mass=0.002)
+    mechanism = PrbModel(topology=name).mechanism(specimen)
+    assert sum(link.mass for link in mechanism.links) == pytest.approx(0.00517)
+    assert mechanism.nodes[-1] == pytest.approx([specimen.length, 0, 0])
+    assert mechanism.tip_mass == 0.002
+    for hinge in mechanism.hinges:
+        assert np.linalg.norm(hinge.axis) == pytest.approx(1.0)
+
+
+def test_the_published_model_is_reading_a():
+    specimen = TwistedBeam(root_angle=0.2, twist=1.0)
+    mechanism = PrbModel(topology="five-hinge").mechanism(specimen)
+    assert [h.name for h in mechanism.hinges] == ["R1", "R4", "R2", "R5", "R3"]
+    angles = {h.name: np.arctan2(h.axis[2], h.axis[1]) for h in mechanism.hinges if h.axis[0] == 0}
+    assert angles == pytest.approx({"R1": 0.2, "R2": 0.7, "R3": 1.2})
+    assert [link.length for link in mechanism.links] == pytest.approx([0.02366, 0.02634])
+    assert {h.stiffness for h in mechanism.hinges} == {0.340}
+
+
+def test_the_anisotropic_model_contains_the_published_one():
+    specimen = TwistedBeam()
+    one, other = (PrbModel(topology=t).mechanism(specimen) for t in ("five-hinge", "five-hinge-anisotropic"))
+    for a, b in zip(one.hinges, other.hinges, strict=True):
+        assert (a.stiffness, a.damping, *a.axis) == pytest.approx((b.stiffness, b.damping, *b.axis))
+
+
+def test_only_slides_are_locked_in_motion():
+    chain = PrbModel(topology="gauss-chain").mechanism(TwistedBeam())
+    assert len(chain.hinges) == 12
+    assert all(h.kind == "rotation" for h in chain.in_motion.hinges)
+    assert len(chain.in_motion.hinges) == 9
+
+
+def test_torsion_constant_of_a_square_and_of_a_strip():
+    assert torsion_constant(1.0, 1.0) == pytest.approx(0.140577, rel=1e-4)  # Timoshenko & Goodier, table
+    assert torsion_constant(100.0, 1.0) == pytest.approx(100 / 3 * (1 - 0.63 / 100), rel=1e-4)
+
+
+def test_pre_twist_stiffens_in_torsion():
+    # Prototype figures for E = 65 MPa: n_xx = 0.072, 0.110, 0.226 N*m/rad at 0, 45, 90 deg.
+    material = Material(youngs_modulus=65e6)
+    beams = [TwistedBeam(twist=np.deg2rad(phi), material=material) for phi in (0, 45, 90)]
+    stiffness = [torsional_rigidity(beam) / beam.length for beam in beams]
+    assert stiffness == pytest.approx([0.072, 0.110, 0.226], rel=0.04)
