@@ -96,6 +96,8 @@ rule fit:
         plan.folder / "logs/fit/{id}.log",
     benchmark:
         plan.folder / "benchmarks/fit/{id}.tsv"
+    # Others wait for fits.
+    priority: 10
     threads: 1
     resources:
         mem_mb=1500,
@@ -137,6 +139,7 @@ rule compare:
         plan.folder / "accuracy.csv",
         plan.folder / "accuracy.md",
         plan.folder / "holes.json",
+        plan.folder / "tables.json",
     log:
         plan.folder / "logs/compare.log",
     params:
@@ -154,8 +157,9 @@ rule compare:
 
 rule pictures:
     input:
-        plan.outputs("mesh"),
-        rules.compare.output,
+        plan.outputs("fea"),
+        plan.outputs("prb"),
+        plan.outputs("fit"),
     output:
         plan.folder / "pictures/index.json",
     log:

@@ -31,6 +31,8 @@ TURNED_ROWS = 45.0
 _GRID = 200
 #: Images of (F_y, F_z, M_x), and of the motions alike: turned by 90 deg about x; mirrored in y.
 _TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+#: Quarter turns about x, by angle (deg).
+_TURNS = {0.0: np.eye(3), 90.0: _TURN, -90.0: _TURN.T}
 _MIRROR = np.diag([-1.0, 1.0, -1.0])
 
 
@@ -103,14 +105,14 @@ def look_up(table: Table, twist: float, root_angle: float, rig: float | None) ->
     ValueError
         Naming the beam, when neither it nor an image of it is in the table.
     """
-    for turned, mirrored in product((False, True), repeat=2):
-        key = (-twist if mirrored else twist, root_angle - 90.0 if turned else root_angle, rig)
+    names = [name for name, _ in KPRIME_ENTRIES]
+    for turn, mirrored in product(_TURNS, (False, True)):
+        key = (-twist if mirrored else twist, root_angle - turn, rig)
         match = next((k for k in table if _same(k, key)), None)
-        # Other mirror planes would need the root angle negated: only beams clamped flat are mirrored.
-        if match is None or (mirrored and key[1] != 0.0):
+        # A mirror plane negates the root angle: only a section along y or z stays as it is.
+        if match is None or (mirrored and not math.isclose(key[1] % 90.0, 0.0, abs_tol=1e-6)):
             continue
-        change = (_TURN if turned else np.eye(3)) @ (_MIRROR if mirrored else np.eye(3))
-        names = [name for name, _ in KPRIME_ENTRIES]
+        change = _TURNS[turn] @ (_MIRROR if mirrored else np.eye(3))
         matrix = np.array([table[match].get(name, 0.0) for name in names]).reshape(3, 3)
         return dict(zip(names, (change @ matrix @ change.T).ravel().tolist(), strict=True))
     rig_text = "a rigid rig" if rig is None else f"a rig of {rig:g} N/m"

@@ -95,7 +95,8 @@ class Dynamics:
     """
 
     max_iterations = 40
-    stall = 0.5
+    #: A residual that falls slower than this asks for a fresh tangent, which costs some 15 iterations.
+    stall = 0.85
     max_splits = 6
 
     def __init__(
@@ -230,11 +231,12 @@ class _Step:
         begin = self.begin
         past = (begin.u, *begin.trail) if begin.step == self.step else (begin.u,)
         known = [weights for weights in _EXTRAPOLATE if len(weights) <= len(past)]
-        guesses = [sum(w * u for w, u in zip(weights, past, strict=False)) for weights in known]
+        guesses = [np.tensordot(weights, past[: len(weights)], axes=1) for weights in known]
         if len(guesses) < 2:
             guesses.append(begin.u + self.step * begin.v)
         residuals = [self.residual(u) for u in guesses]
-        best = int(np.argmin([np.linalg.norm(r) if np.isfinite(r).all() else np.inf for r in residuals]))
+        sizes = [float(np.linalg.norm(r)) if np.isfinite(r).all() else np.inf for r in residuals]
+        best = sizes.index(min(sizes))
         return guesses[best], residuals[best]
 
     def motion(self, u: Array) -> tuple[Array, Array]:

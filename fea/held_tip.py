@@ -88,9 +88,9 @@ class HeldTip:
         last = None if step is None else moved - self.displacement(state - step, parameter)
         force, data = self.body.tangent(moved, step=last)
         self.solver.factorise(data[self._taken])
-        moves = np.zeros((self.body.nodes, 3, 6))
-        moves[self.face.nodes] = self.face.jacobian(pose)
-        moves = moves.reshape(-1, 6)
+        moved_nodes = np.zeros((self.body.nodes, 3, 6))
+        moved_nodes[self.face.nodes] = self.face.jacobian(pose)
+        moves = moved_nodes.reshape(-1, 6)
         pushed = self.body.pattern.times(data, moves)
         self._coupling = pushed[self.free]
         self._on_pose = moves.T @ pushed + self.face.geometric(pose, force[self.face.nodes])

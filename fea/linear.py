@@ -1,6 +1,8 @@
 """Direct solution of sparse symmetric systems behind one small interface."""
 
+import importlib.metadata
 import importlib.util
+import os
 import weakref
 from typing import Any, Protocol
 
@@ -36,6 +38,7 @@ class Pardiso:
     _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 
     def __init__(self, pattern: Pattern) -> None:
+        _point_to_mkl()
         from pypardiso import PyPardisoSolver
         from pypardiso.pardiso_wrapper import PyPardisoError
 
@@ -72,6 +75,14 @@ class Pardiso:
         self._solver.set_phase(phase)
         # The public ``factorize`` would analyse again: the phases are called one by one.
         return self._solver._call_pardiso(self._matrix, right)
+
+
+def _point_to_mkl() -> None:
+    """Tell pypardiso where MKL lies: it would search the whole environment, 0.4 s for every solver."""
+    if "PYPARDISO_MKL_RT" not in os.environ:
+        for file in importlib.metadata.files("mkl") or ():
+            if file.name.startswith("libmkl_rt."):
+                os.environ["PYPARDISO_MKL_RT"] = str(file.locate())
 
 
 def _release(solver: Any) -> None:

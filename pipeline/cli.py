@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.study import Study, StudyError, load_study
+from pipeline.study import Study, StudyError
 
 if TYPE_CHECKING:
     from pipeline.plan import Plan
@@ -86,14 +86,14 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _plan_of(options: argparse.Namespace) -> "Plan":
-    from pipeline.plan import Plan
+    from pipeline.plan import load_plan
 
-    return Plan(load_study(options.study))
+    return load_plan(options.study)
 
 
 def _stage(options: argparse.Namespace) -> int:
     plan = _plan_of(options)
-    jobs = plan.jobs[options.stage]
+    jobs = plan.jobs_of(options.stage)
     if options.id not in jobs:
         raise StudyError(
             f"{options.study}: no {options.stage} job {options.id!r}; there is {', '.join(jobs) or 'none'}"

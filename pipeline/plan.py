@@ -1,12 +1,15 @@
 """From a study to jobs: one sample is one job that writes its own file."""
 
+import json
 import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
+
+from pydantic import TypeAdapter
 
 from calibrate.spec import TrackingFit
 from lab.experiments import Experiment
@@ -14,7 +17,7 @@ from lab.published import PREFIX, StiffnessTable, locate, read_stiffness_table
 from lab.specimens import Specimen
 from lab.units import to_si
 from pipeline.provenance import source_hash
-from pipeline.study import FeaPerformer, Performer, Study, StudyError, digest
+from pipeline.study import FeaPerformer, Performer, Study, StudyError, digest, load_study
 from pipeline.sweep import Value, changed, points, shown
 
 Stage = Literal["mesh", "fea", "prb", "fit"]
@@ -84,9 +87,30 @@ class Job:
 class Plan:
     """All jobs of a study."""
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: Study, samples: dict[str, Sample] | None = None) -> None:
         self.study = study
         self.folder = RUNS / study.study
+        if samples is not None:
+            self.samples = samples  # takes the place of the cached property
+
+    def to_json(self) -> str:
+        """The resolved study with all its samples, SI: what jobs read instead of working it out again."""
+        samples = [
+            {
+                **{key: getattr(s, key) for key in ("campaign", "performer", "slug", "specimen_name")},
+                **{key: getattr(s, key).model_dump(mode="json") for key in ("specimen", "experiment", "model")},
+            }
+            for s in self.samples.values()
+        ]
+        return json.dumps({"study": self.study.model_dump(mode="json", by_alias=True), "samples": samples}, indent=1)
+
+    @classmethod
+    def from_json(cls, text: str) -> "Plan":
+        """The plan that ``to_json`` wrote."""
+        data = json.loads(text)
+        read = TypeAdapter(Sample).validate_python
+        samples = [read(sample) for sample in data["samples"]]
+        return cls(Study.model_validate(data["study"]), {sample.id: sample for sample in samples})
 
     @cached_property
     def samples(self) -> dict[str, Sample]:
@@ -128,21 +152,23 @@ class Plan:
     @cached_property
     def jobs(self) -> dict[Stage, dict[str, Job]]:
         """Jobs by stage and id."""
-        jobs: dict[Stage, dict[str, Job]] = {"mesh": {}, "fea": {}, "prb": {}, "fit": {}}
-        for sample in self.samples.values():
-            if isinstance(sample.model, FeaPerformer):
-                mesh = self.mesh_job(sample)
-                jobs["mesh"][mesh.id] = mesh
-            jobs[sample.stage][sample.id] = self._sample_job(sample)
-        for name in self.study.fits:
-            jobs["fit"][name] = self._fit_job(name)
-        return jobs
+        return {stage: self.jobs_of(stage) for stage in get_args(Stage)}
+
+    def jobs_of(self, stage: Stage) -> dict[str, Job]:
+        """Jobs of one stage by id: a job needs no other stage's, and those of fits take time to plan."""
+        if stage == "fit":
+            jobs = [self._fit_job(name) for name in self.study.fits]
+        elif stage == "mesh":
+            jobs = [self.mesh_job(s) for s in self.samples.values() if isinstance(s.model, FeaPerformer)]
+        else:
+            jobs = [self._sample_job(s) for s in self.samples.values() if s.stage == stage]
+        return {job.id: job for job in jobs}
 
     def mesh_job(self, sample: Sample) -> Job:
         """The mesh of an FEA sample; samples with the same geometry share it."""
         if not isinstance(sample.model, FeaPerformer):
             raise TypeError(f"{sample.id} needs no mesh")
-        geometry, options = sample.specimen.geometry(), sample.model.mesh
+        geometry, options = sample.specimen.geometry(), sample.model.mesh_for(sample.experiment)
         params = {"specimen": {"kind": sample.specimen.kind, **geometry}, "mesh": options.model_dump()}
         id = f"{sample.specimen_name}_{options.along}x{options.across}x{options.through}_{digest(params)[:8]}"
         return Job("mesh", id, (), str(self.folder / "meshes" / f"{id}.msh"), self._sourced("mesh", params))
@@ -236,3 +262,19 @@ class Plan:
 
     def _sourced(self, stage: Stage, params: Mapping[str, Any]) -> dict[str, Any]:
         return {**params, "source": source_hash(*SOURCES[stage])}
+
+
+def load_plan(path: Path) -> Plan:
+    """Plan of a study file written by hand (YAML), or of a resolved one (JSON).
+
+    Raises
+    ------
+    StudyError
+        One line per fault.
+    """
+    if path.suffix != ".json":
+        return Plan(load_study(path))
+    try:
+        return Plan.from_json(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be read ({error.strerror})") from None

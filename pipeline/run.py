@@ -11,16 +11,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from lab.records import Record
-from pipeline.plan import Plan
+from pipeline.plan import Plan, load_plan
 from pipeline.provenance import ROOT
-from pipeline.study import StudyError, load_study
+from pipeline.study import StudyError
 from results.store import StoreError, read_record
 
 
 def run_study(path: Path, cores: int | None, profile: str | None, dry_run: bool, retry_failed: bool) -> int:
     """Run the study at ``path`` and print what came out; 0 done, 1 a sample failed, 2 wrong input."""
     path = path.resolve() if path.is_file() else ROOT / path
-    plan = Plan(load_study(path))
+    plan = load_plan(path)
     jobs = plan.jobs
     os.chdir(ROOT)
     print(f"Study {plan.study.study} ({_shortened(path)}): " + ", ".join(f"{len(j)} {s}" for s, j in jobs.items() if j))
@@ -82,12 +82,14 @@ def _list_jobs(command: list[str]) -> int:
 
 def show_results(plan: Plan) -> int:
     """Print the accuracy tables and where everything lies; 1 when a sample failed."""
-    from pipeline.stages.compare import groups_of, tables_of
-    from pipeline.stages.gather import entries
-    from results.tables import to_console
+    from results.tables import from_json, to_console
 
-    to_console(tables_of(plan, groups_of(plan, entries(plan))))
     folder = plan.folder
+    try:
+        tables = from_json((folder / "tables.json").read_text(encoding="utf-8"))
+    except OSError:
+        raise StudyError(f"{folder}: no tables yet; run the study first") from None
+    to_console(tables)
     pictures = json.loads((folder / "pictures" / "index.json").read_text(encoding="utf-8"))
     print(f"\nreport    {folder}/report.html")
     print(f"table     {folder}/accuracy.csv, {folder}/accuracy.md")

@@ -168,10 +168,7 @@ def digest(data: Any) -> str:
 
 
 def load_study(path: Path) -> Study:
-    """Read and check a study file.
-
-    YAML files are written by hand: every quantity needs its unit.  JSON files are resolved studies
-    in SI, as the workflow writes them.
+    """Read and check a study file, in which every quantity needs its unit.
 
     Raises
     ------
@@ -182,8 +179,6 @@ def load_study(path: Path) -> Study:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({error.strerror})") from None
-    if path.suffix == ".json":
-        return Study.model_validate_json(text)
     try:
         data = yaml.safe_load(text)
     except yaml.YAMLError as error:

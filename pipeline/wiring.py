@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.plan import RUNS, Plan
+from pipeline.plan import Plan
 from pipeline.study import StudyError, check_study
 from results.store import write_text
 
 
 def resolve(config: dict[str, Any], config_files: Sequence[Any]) -> tuple[Plan, Path]:
-    """The plan of a Snakemake config, and the resolved study file that its jobs read.
+    """The plan of a Snakemake config, and the file with all its samples that jobs read.
 
     Exits with code 2 and one line per fault when the study is wrong, before any job is planned.
     """
@@ -26,8 +26,7 @@ def resolve(config: dict[str, Any], config_files: Sequence[Any]) -> tuple[Plan, 
     except StudyError as error:
         print(error, file=sys.stderr)
         raise SystemExit(2) from None
-    path = RUNS / study.study / "study.json"
-    text = study.model_dump_json(indent=1, by_alias=True) + "\n"
+    path, text = plan.folder / "plan.json", plan.to_json()
     # Only when it differs: a job may be reading it while Snakemake parses the Snakefile again.
     if not path.is_file() or path.read_text(encoding="utf-8") != text:
         write_text(path, text)

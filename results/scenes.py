@@ -33,33 +33,38 @@ class Scene(TypedDict):
     columns: int
 
 
-def draw(scenes: Sequence[Scene], timeout: float = 300.0) -> tuple[list[Path], str]:
-    """Draw the scenes in a child process.
+class Drawing:
+    """Scenes that a child process draws while the caller goes on."""
 
-    Returns
-    -------
-    files, reason
-        Pictures that were drawn, and why the others were not (empty when all were).
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        spec = Path(folder) / "scenes.json"
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        self._wanted = [Path(scene["output"]) for scene in scenes]
+        for path in self._wanted:
+            path.unlink(missing_ok=True)
+        self._folder = tempfile.TemporaryDirectory()
+        spec = Path(self._folder.name) / "scenes.json"
         spec.write_text(json.dumps(list(scenes)), encoding="utf-8")
+        command = [sys.executable, "-m", "results.scenes", str(spec)]
+        self._child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+    def wait(self, timeout: float = 300.0) -> tuple[list[Path], str]:
+        """Pictures that were drawn, and why the others were not (empty when all were)."""
         try:
-            done = subprocess.run(
-                [sys.executable, "-m", "results.scenes", str(spec)], capture_output=True, text=True, timeout=timeout
-            )
-            reason = "" if not done.returncode else _why(done)
+            _, said = self._child.communicate(timeout=timeout)
+            reason = "" if not self._child.returncode else _why(self._child.returncode, said)
         except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.communicate()
             reason = f"the renderer took longer than {timeout:.0f} s"
-    return [path for scene in scenes if (path := Path(scene["output"])).is_file()], reason
+        self._folder.cleanup()
+        return [path for path in self._wanted if path.is_file()], reason
 
 
-def _why(done: subprocess.CompletedProcess[str]) -> str:
-    said = (done.stderr.strip().splitlines() or ["no message"])[-1]
-    if done.returncode < 0:
-        name = signal.Signals(-done.returncode).name
-        return f"the renderer ended with {name}, as VTK does without EGL (Debian: libegl1); it said: {said}"
-    return f"the renderer ended with code {done.returncode}: {said}"
+def _why(code: int, said: str) -> str:
+    last = (said.strip().splitlines() or ["no message"])[-1]
+    if code < 0:
+        name = signal.Signals(-code).name
+        return f"the renderer ended with {name}, as VTK does without EGL (Debian: libegl1); it said: {last}"
+    return f"the renderer ended with code {code}: {last}"
 
 
 def _grid(fields: Fields, state: int, scale: float = 1.0) -> Any:
@@ -101,10 +106,10 @@ def _draw_scene(scene: Scene) -> None:
 
 
 def _add(plotter: Any, fields: Fields, state: int, colour: str, limit: float, first: bool) -> None:
-    surface = _grid(fields, state).extract_surface(nonlinear_subdivision=3, algorithm=None)
+    surface = _grid(fields, state).extract_surface(nonlinear_subdivision=2, algorithm=None)
     if colour and colour in fields.cell_data:
         # The shape at rest as an outline: a second surface would shine through the first.
-        outline = _grid(fields, 0, scale=0.0).extract_surface(nonlinear_subdivision=3, algorithm=None)
+        outline = _grid(fields, 0, scale=0.0).extract_surface(nonlinear_subdivision=2, algorithm=None)
         plotter.add_mesh(outline.extract_feature_edges(40.0), color="grey", line_width=1)
         unit = fields.cell_data[colour].unit
         bar = {

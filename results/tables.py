@@ -2,9 +2,10 @@
 
 import csv
 import io
+import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from lab.measures import TRACKING_ERROR_DEFINITION
 from results.accuracy import HEADER, IN_SAMPLE, Row, as_cells
@@ -82,6 +83,18 @@ def to_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
+def to_json(tables: Sequence[Table]) -> str:
+    """Tables as JSON, for the stages that show them."""
+    return json.dumps([asdict(table) for table in tables], indent=1) + "\n"
+
+
+def from_json(text: str) -> list[Table]:
+    """What ``to_json`` wrote."""
+    return [
+        Table(t["title"], tuple(t["header"]), tuple(map(tuple, t["rows"])), tuple(t["notes"])) for t in json.loads(text)
+    ]
+
+
 def to_markdown(tables: Sequence[Table]) -> str:
     """Markdown document of all tables."""
     parts = ["# Accuracy", MARKS]
@@ -101,14 +114,17 @@ def to_console(tables: Sequence[Table]) -> None:
 
     console = Console()
     if not console.is_terminal:
-        console = Console(width=160)
+        console = Console(width=200)
     for table in tables:
-        grid = Grid(*map(escape, table.header), title=escape(table.title), title_justify="left")
-        last = None
+        grid = Grid(title=escape(table.title), title_justify="left")
+        for name in table.header:
+            grid.add_column(escape(name), overflow="fold")
+        firsts = [line[0] for line in table.rows]
+        grouped, last = len(set(firsts)) < len(firsts), None
         for line in table.rows:
-            if last not in (None, line[0]):
+            if grouped and last not in (None, line[0]):
                 grid.add_section()
-            grid.add_row(line[0] if line[0] != last else "", *map(escape, line[1:]))
+            grid.add_row(escape(line[0]) if line[0] != last else "", *map(escape, line[1:]))
             last = line[0]
         console.print(grid)
         for note in table.notes:

@@ -1,6 +1,6 @@
 """Free decay after a hanging load is cut (5.4.2)."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -26,6 +26,7 @@ class RingDown(Frozen):
     """
 
     kind: Literal["RingDown"] = "RingDown"
+    in_motion: ClassVar[bool] = True
     load_mass: Annotated[float, Quantity("kg", "g"), Field(gt=0)] = 0.200
     gravity: Annotated[float, Quantity("m/s^2", "m/s^2"), Field(gt=0)] = 9.81
     direction: Annotated[float, Quantity("rad", "deg"), Field(ge=-np.pi, le=np.pi)] = 0.0

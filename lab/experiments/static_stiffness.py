@@ -1,7 +1,7 @@
 """Static stiffness of the tip (5.2) and its regression to matrices (5.3)."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,8 @@ from pydantic import Field
 from lab.materials import Frozen
 from lab.records import Record, Scalar
 from lab.units import Quantity
+
+Array = NDArray[np.float64]
 
 #: Entries of K' (eq. 5.6) row by row with their units, as table 5.1 heads them.
 KPRIME_ENTRIES: tuple[tuple[str, str], ...] = (
@@ -31,9 +33,10 @@ class StaticStiffness(Frozen):
     """
 
     kind: Literal["StaticStiffness"] = "StaticStiffness"
+    in_motion: ClassVar[bool] = False
     translation: Annotated[float, Quantity("m", "mm"), Field(gt=0)] = 0.005
     rotation: Annotated[float, Quantity("rad", "deg"), Field(gt=0, lt=np.pi / 2)] = math.radians(15.0)
-    increments: int = Field(5, ge=1, le=1000, description="Recorded increments per leg; ASSUMED evenly spaced.")
+    increments: int = Field(5, ge=1, le=1000, description="Recorded increments per leg, evenly spaced.")
     #: Stiffness of robot, sensor and clamps in translation, the same along x, y and z.  None: rigid.
     rig_stiffness: Annotated[float, Quantity("N/m", "N/mm"), Field(gt=0)] | None = None
 
@@ -46,10 +49,13 @@ class StaticStiffness(Frozen):
         """K' and Q' from a record, by the least squares of section 5.3.
 
         K' has no intercept and is fitted to the robot's motions, as in the dissertation: with a
-        compliant rig it contains the rig.  Needs the channels ``motion`` (n, 6) and ``wrench``
-        (n, 6).
+        compliant rig it contains the rig.  The tip hardens, so the slope depends on where the samples
+        lie: a robot's force log is dense and even (ASSUMED: steady speed), and each leg is
+        brought to that by a cubic spline through rest and its increments.
+
+        Needs the channels ``leg`` (n,), ``motion`` (n, 6) and ``wrench`` (n, 6).
         """
-        motion, wrench = record["motion"], record["wrench"]
+        motion, wrench = _dense(record["leg"], record["motion"], record["wrench"])
         lateral = motion[:, 1:4]
         kprime = _regress(lateral, wrench[:, 1:4])
         quadratic = _regress(np.column_stack([motion[:, 1:3] ** 2, lateral]), wrench[:, :1])[0, :2]
@@ -60,7 +66,22 @@ class StaticStiffness(Frozen):
         }
 
 
-def _regress(inputs: NDArray[np.float64], outputs: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dense(leg: NDArray[np.int64], motion: Array, wrench: Array, count: int = 200) -> tuple[Array, Array]:
+    """``count`` even samples per leg from rest (excluded) to its end, both (legs * count, 6)."""
+    from scipy.interpolate import CubicSpline
+
+    share = np.arange(1, count + 1) / count
+    parts = []
+    for number in np.unique(leg):
+        mine = leg == number
+        places = np.linspace(0.0, 1.0, int(mine.sum()) + 1)
+        both = np.vstack([np.zeros(12), np.hstack([motion[mine], wrench[mine]])])
+        parts.append(CubicSpline(places, both)(share))
+    stacked = np.vstack(parts)
+    return stacked[:, :6], stacked[:, 6:]
+
+
+def _regress(inputs: Array, outputs: Array) -> Array:
     """Matrix A of outputs = A inputs by least squares without intercept, (outputs, inputs)."""
     # Columns in m, m^2 and rad differ by orders of magnitude: scale them for the solver.
     scale = np.abs(inputs).max(axis=0)

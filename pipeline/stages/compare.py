@@ -9,16 +9,18 @@ from pipeline.stages.gather import entries, fit_results
 from pipeline.study import Comparison
 from results.accuracy import Entry, Row, against_record, against_scalars, holes, published_ring_down
 from results.store import write_text
-from results.tables import Table, layout, to_csv, to_markdown
+from results.tables import Table, layout, to_csv, to_json, to_markdown
 
 
 def compare(plan: Plan) -> str:
-    """Write ``accuracy.csv``, ``accuracy.md`` and ``holes.json``; return a line about them."""
+    """Write ``accuracy.csv``, ``accuracy.md``, ``tables.json`` and ``holes.json``; return a line about them."""
     found = entries(plan)
     groups = groups_of(plan, found)
     rows = [row for _, group in groups for row in group]
     write_text(plan.folder / "accuracy.csv", to_csv(rows))
-    write_text(plan.folder / "accuracy.md", to_markdown(tables_of(plan, groups)))
+    tables = [layout(title, rows) for title, rows in groups] + fit_tables(fit_results(plan))
+    write_text(plan.folder / "accuracy.md", to_markdown(tables))
+    write_text(plan.folder / "tables.json", to_json(tables))
     failed = [{"sample": e.path, "status": e.record.status, "reason": e.record.reason} for e in holes(found)]
     write_text(plan.folder / "holes.json", json.dumps(failed, indent=1) + "\n")
     return f"{len(rows)} numbers compared, {len(failed)} samples failed"
@@ -38,11 +40,6 @@ def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
     if any(e.experiment.kind == "RingDown" for e in found):
         groups.append(("what the dissertation reports of its own ring-down models", published_ring_down()))
     return [(title, rows) for title, rows in groups if rows]
-
-
-def tables_of(plan: Plan, groups: list[tuple[str, list[Row]]]) -> list[Table]:
-    """Tables of the accuracy rows, then of the fits."""
-    return [layout(title, rows) for title, rows in groups] + fit_tables(fit_results(plan))
 
 
 def _lab_rows(plan: Plan, comparison: Comparison, found: list[Entry]) -> Iterator[Row]:

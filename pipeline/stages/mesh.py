@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
+from lab.specimens import Specimen
 from meshes import make_mesh
+from meshes.options import MeshOptions
 from pipeline.plan import Plan
-from pipeline.study import FeaPerformer
 
 
 def mesh(plan: Plan, job_id: str, output: Path) -> str:
     """Make the mesh ``job_id`` and return a line about it."""
-    for sample in plan.samples.values():
-        if isinstance(sample.model, FeaPerformer) and plan.mesh_job(sample).id == job_id:
-            output.parent.mkdir(parents=True, exist_ok=True)
-            quality = make_mesh(sample.specimen, sample.model.mesh, output)
-            return f"{job_id}: {quality}"
-    raise KeyError(job_id)
+    params = plan.jobs_of("mesh")[job_id].params
+    output.parent.mkdir(parents=True, exist_ok=True)
+    quality = make_mesh(Specimen.model_validate(params["specimen"]), MeshOptions(**params["mesh"]), output)
+    return f"{job_id}: {quality}"

@@ -17,9 +17,10 @@ def pictures(plan: Plan) -> str:
     """Draw everything and write ``pictures/index.json``; return a line about it."""
     folder = plan.folder / "pictures"
     found = entries(plan)
-    drawn = _figures(plan, found, folder)
     wanted = _scenes(plan, found, folder)
-    files, reason = scenes.draw([scene for scene, _ in wanted])
+    drawing = scenes.Drawing([scene for scene, _ in wanted])
+    drawn = _figures(plan, found, folder)
+    files, reason = drawing.wait()
     drawn += [(Path(scene["output"]), caption) for scene, caption in wanted if Path(scene["output"]) in files]
     index = {"files": [{"file": path.name, "caption": caption} for path, caption in drawn], "left_out": reason}
     write_text(folder / "index.json", json.dumps(index, indent=1) + "\n")

@@ -6,11 +6,10 @@ from lab.experiments import Experiment, RingDown
 from lab.specimens import Specimen
 from pipeline.plan import SOURCES, Plan
 from pipeline.provenance import provenance
-from pipeline.stages.compare import groups_of, tables_of
-from pipeline.stages.gather import entries
 from pipeline.study import FeaPerformer, Reading
 from results.report import Picture, render
 from results.store import write_text
+from results.tables import from_json
 
 
 def report(plan: Plan) -> str:
@@ -18,7 +17,7 @@ def report(plan: Plan) -> str:
     index = json.loads((plan.folder / "pictures" / "index.json").read_text(encoding="utf-8"))
     pictures = [Picture(plan.folder / "pictures" / p["file"], p["caption"]) for p in index["files"]]
     holes = json.loads((plan.folder / "holes.json").read_text(encoding="utf-8"))
-    tables = tables_of(plan, groups_of(plan, entries(plan)))
+    tables = from_json((plan.folder / "tables.json").read_text(encoding="utf-8"))
     sources = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
     about = {"study": plan.study.study, "study hash": plan.study.digest(), **provenance(sources)}
     title = plan.study.title or plan.study.study
@@ -56,8 +55,8 @@ def _about_experiment(name: str, experiment: Experiment) -> str:
         places = "; ".join("(" + ", ".join(f"{c * 1e3:g}" for c in place) + ")" for place in experiment.markers)
         return f"{name}: the load's direction and the markers' places, {places} mm from the tip's centre, are assumed."
     return (
-        f"{name}: {experiment.increments} evenly spaced increments per leg are assumed; "
-        "their spacing weighs the regression, since the tip hardens."
+        f"{name}: K' is fitted as to a dense force log at steady speed, which the text does not state; the tip "
+        "hardens, so that other spacings give other slopes."
     )
 
 
@@ -65,7 +64,8 @@ def _about_reading(name: str, reading: Reading) -> str:
     return (
         f"{name}: published phi is read as {'right' if reading.twist_sense > 0 else 'left'}-handed about +x, "
         f"the clamp of rows {', '.join(reading.turned_rows) or 'none'} as turned by {reading.turned_by}. "
-        "The text says neither. The reading was chosen with sight of all rows: a fit of kind readings shows the alternatives."
+        "The text says neither. The reading was chosen with sight of all rows: a fit of kind readings shows the "
+        "alternatives."
     )
 
 

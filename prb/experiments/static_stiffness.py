@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from lab.experiments import StaticStiffness
 from lab.records import Channel, Record, Scalar, channels
@@ -69,6 +68,8 @@ def _matrix(name: str, values: Array, unit: str, second: str) -> Channel:
 
 def _sweep(chain: Chain, experiment: StaticStiffness, rig: float) -> tuple[list[_Row], dict[str, Any]]:
     """Rows reached, and the status when a leg could not be finished."""
+    from scipy.spatial.transform import Rotation  # 0.4 s, which no other experiment needs
+
     rows: list[_Row] = []
     rest = chain.tip(np.zeros_like(chain.stiffness)).position
     for leg, (dof, end) in enumerate(experiment.legs()):

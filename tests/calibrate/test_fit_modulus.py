@@ -89,6 +89,12 @@ def test_images_of_a_beam_are_found_by_symmetry(table, twist, root, missing):
     assert [found[e] for e in FORCE_ENTRIES] == pytest.approx([exact[e] for e in FORCE_ENTRIES], rel=1e-6)
 
 
+def test_a_turned_beam_stands_for_a_flat_one():
+    turned = {(45.0, 90.0, None): numbers(stiffness(45.0, 90.0))}
+    found, exact = look_up(turned, -45.0, 0.0, None), numbers(stiffness(-45.0, 0.0))
+    assert [found[e] for e in FORCE_ENTRIES] == pytest.approx([exact[e] for e in FORCE_ENTRIES], rel=1e-6)
+
+
 def test_a_beam_without_image_is_named(table):
     with pytest.raises(ValueError, match="twist of 30 deg, a root angle of 0 deg and a rigid rig"):
         look_up(table, 30.0, 0.0, None)

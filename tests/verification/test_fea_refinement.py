@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import eigsh
 
 from fea import FeaModel, perform
 from fea.body import Body
+from fea.dynamics import Dynamics
 from fea.held_tip import HeldTip
 from lab.experiments import KPRIME_ENTRIES, RingDown, StaticStiffness
 from lab.specimens import TwistedBeam
@@ -14,13 +16,18 @@ from meshes.options import MeshOptions
 TWISTS = [0, 45, 90]
 
 
-def both(degrees, experiment):
-    """The experiment's numbers on the default mesh and on the refined one."""
-    specimen = TwistedBeam(twist=np.deg2rad(degrees))
-    meshes = (MeshOptions(), MeshOptions().refined())
-    records = [perform(specimen, experiment, FeaModel(), beam_mesh(specimen, options)) for options in meshes]
+def records_of(degrees, experiment):
+    """Records on the mesh that the experiment gets by default, and on that refined once."""
+    specimen, model = TwistedBeam(twist=np.deg2rad(degrees)), FeaModel()
+    options = model.mesh_for(experiment)
+    records = [perform(specimen, experiment, model, beam_mesh(specimen, o)) for o in (options, options.refined())]
     assert all(record.completed for record in records)
-    return [experiment.reduce(record) for record in records]
+    return records
+
+
+def both(degrees, experiment):
+    """The experiment's numbers on both meshes."""
+    return [experiment.reduce(record) for record in records_of(degrees, experiment)]
 
 
 @pytest.mark.parametrize("degrees", TWISTS)
@@ -36,10 +43,8 @@ def test_tangent_at_rest(degrees):
     np.testing.assert_allclose(coarse[there], fine[there], rtol=0.01)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("degrees", TWISTS)
-def test_stiffness_matrix(degrees):
-    coarse, fine = both(degrees, StaticStiffness(increments=2))
+def compare_stiffness(degrees, experiment):
+    coarse, fine = both(degrees, experiment)
     largest = fine["k_yy"].value
     compared = 0
     for name, _ in KPRIME_ENTRIES:
@@ -47,6 +52,36 @@ def test_stiffness_matrix(degrees):
             assert coarse[name].value == pytest.approx(fine[name].value, rel=0.01), name
             compared += 1
     assert compared == (3 if degrees == 0 else 5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", TWISTS)
+def test_stiffness_matrix(degrees):
+    compare_stiffness(degrees, StaticStiffness(increments=3))
+
+
+def test_stiffness_matrix_of_the_fully_twisted_beam():
+    """The row of the table whose couplings converge last, in the normal run."""
+    compare_stiffness(90, StaticStiffness(increments=1))
+
+
+@pytest.mark.slow
+def test_hanging_load():
+    """Start of the ring-down; one sample interval is followed, to get a record."""
+    coarse, fine = (r["markers"][0] for r in records_of(90, RingDown(direction=np.pi / 2, duration=1 / 360)))
+    np.testing.assert_allclose(coarse.mean(axis=0)[1:], fine.mean(axis=0)[1:], rtol=0.01)
+
+
+@pytest.mark.parametrize("degrees", TWISTS)
+def test_first_frequency(degrees):
+    specimen, frequencies = TwistedBeam(twist=np.deg2rad(degrees)), []
+    for options in (FeaModel().motion_mesh, FeaModel().motion_mesh.refined()):
+        system = Dynamics(Body(beam_mesh(specimen, options), specimen.material))
+        pattern, taken = system.body.pattern.restrict(system.free)
+        stiffness = pattern.full(system.body.tangent(np.zeros((system.body.nodes, 3)))[1][taken])
+        square = eigsh(stiffness.tocsc(), 1, system.mass.tocsc(), sigma=0.0, return_eigenvectors=False)
+        frequencies.append(np.sqrt(square.item()) / (2 * np.pi))
+    assert frequencies[0] == pytest.approx(frequencies[1], rel=0.01)
 
 
 @pytest.mark.slow
