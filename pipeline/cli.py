@@ -47,7 +47,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("study", type=Path, nargs="?", default=Path("config/quick.yaml"))
     run.add_argument("--dry-run", action="store_true", help="list the jobs per stage and stop")
     run.add_argument("--cores", type=int, default=None, help="processor cores (default: all)")
-    run.add_argument("--profile", default=None, help="Snakemake profile folder, as profiles/slurm")
+    run.add_argument("--profile", default=None, help="Snakemake workflow profile (default: profiles/default)")
     run.add_argument("--retry-failed", action="store_true", help="run samples again that failed or diverged")
 
     for name, target, example in (

@@ -10,7 +10,7 @@ import numpy as np
 from results.accuracy import Entry, Row
 
 #: Okabe and Ito's palette: told apart with every kind of colour vision.
-COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
+COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#882255", "#44AA99")
 BARS = ("k_yy", "k_zz", "k_yz", "k_zy", "n_xx")
 
 

@@ -55,14 +55,14 @@ def compare_stiffness(degrees, experiment):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("degrees", TWISTS)
+@pytest.mark.parametrize("degrees", [0, 45])
 def test_stiffness_matrix(degrees):
     compare_stiffness(degrees, StaticStiffness(increments=3))
 
 
 def test_stiffness_matrix_of_the_fully_twisted_beam():
     """The row of the table whose couplings converge last, in the normal run."""
-    compare_stiffness(90, StaticStiffness(increments=1))
+    compare_stiffness(90, StaticStiffness(increments=3))
 
 
 @pytest.mark.slow

@@ -1,0 +1,77 @@
+import csv
+import io
+import math
+
+import numpy as np
+import pytest
+
+from lab.experiments import KPRIME_ENTRIES, RingDown, StaticStiffness
+from lab.records import Channel, Record, Scalar, channels
+from results.accuracy import HEADER, Entry, FitUse, against_record, against_scalars, published_ring_down
+from results.tables import from_json, layout, to_csv, to_json, to_markdown
+
+LAB = {name: Scalar(10.0, unit) for name, unit in KPRIME_ENTRIES}
+
+
+def swing(performer, scale, origin="fea", fit=None, wall=1.0):
+    time = np.arange(60) / 360
+    path = scale * np.exp(-5 * time) * np.cos(200 * time)
+    markers = np.zeros((60, 3, 3))
+    markers[:, :, 2] = path[:, None]
+    found = channels(
+        Channel("time", "s", time, ("time",)), Channel("markers", "m", markers, ("time", "marker", "axis"))
+    )
+    record = Record(origin, performer, {}, {}, found, how={"wall_time_s": wall})
+    return Entry("ring-down", performer, "direction=0deg", "beam", RingDown(), record, "x", fit)
+
+
+def test_a_model_without_the_experiment_has_rows_without_values():
+    reason = "rank of the tip compliance is 4 of 6"
+    record = Record("prb", "five", {}, {}, status="unsupported", reason=reason)
+    entry = Entry("table", "five", "twist=0deg", "beam", StaticStiffness(), record, "x")
+    rows = list(against_scalars(entry, KPRIME_ENTRIES, "table-5-1", "lab", LAB, "phi 0 deg"))
+    assert len(rows) == 9
+    assert all(math.isnan(row.value) and math.isnan(row.relative_error) and row.note == reason for row in rows)
+    table = layout("t", rows)
+    assert {line[3] for line in table.rows} == {"-"}
+    assert table.notes == (f"five: {reason}",)
+
+
+def test_tracking_rows():
+    reference = swing("fea", 1e-3, wall=2.0)
+    rows = {r.quantity: r for r in against_record(swing("chain", 1.1e-3, "prb", wall=0.01), reference)}
+    assert rows["tracking_error"].value == pytest.approx(0.1)
+    assert rows["release_z"].relative_error == pytest.approx(0.1)
+    assert rows["frequency"].relative_error == pytest.approx(0.0, abs=1e-6)
+    assert rows["speed_up"].value == pytest.approx(200)
+
+
+@pytest.mark.parametrize(
+    ("fit", "use"),
+    [
+        (None, "not fitted"),
+        (FitUse("fea", frozenset({"direction=0deg"})), "in sample"),
+        (FitUse("fea", frozenset({"direction=90deg"})), "held out"),
+        (FitUse("virtual-lab", frozenset({"direction=0deg"})), "held out"),
+    ],
+)
+def test_what_a_fit_has_seen_is_in_sample(fit, use):
+    rows = list(against_record(swing("chain", 1e-3, "prb", fit), swing("fea", 1e-3)))
+    assert {row.use for row in rows} == {use}
+    assert ("*" in layout("t", rows).rows[0][-1]) == (use == "in sample")
+
+
+def test_csv_is_tidy():
+    rows = list(against_record(swing("chain", 1e-3, "prb"), swing("fea", 1e-3)))
+    read = list(csv.DictReader(io.StringIO(to_csv(rows))))
+    assert len(read) == len(rows)
+    assert tuple(read[0]) == HEADER
+    assert read[1]["relative_error"] == ""  # eq. 5.13 in metres has no relative error
+
+
+def test_tables_survive_json_and_stand_in_markdown():
+    table = layout("title", published_ring_down())
+    assert from_json(to_json([table])) == [table]
+    text = to_markdown([table])
+    assert "| 34.79 |" in text
+    assert "9.38 *" in text

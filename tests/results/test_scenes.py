@@ -1,0 +1,46 @@
+import stat
+
+import numpy as np
+import pytest
+
+from lab.records import Channel, Fields, Record
+from results import scenes
+from results.store import write_record
+
+
+@pytest.fixture
+def scene(tmp_path):
+    points = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    displacement = Channel("displacement", "m", np.zeros((1, 8, 3)), ("state", "point", "axis"))
+    fields = Fields(points, np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), 12, np.zeros(1), {"displacement": displacement})
+    write_record(tmp_path / "cube.vtkhdf", Record("fea", "cube", {}, {}, fields=fields), {})
+    panel = {"file": str(tmp_path / "cube.vtkhdf"), "state": 0, "caption": "cube"}
+    return {"output": str(tmp_path / "cube.png"), "title": "cube", "colour": "", "panels": [panel], "columns": 1}
+
+
+def test_a_renderer_that_dies_leaves_a_reason_and_no_picture(scene, tmp_path, monkeypatch):
+    """As VTK does without EGL."""
+    dying = tmp_path / "python"
+    dying.write_text("#!/bin/sh\necho 'no EGL here' >&2\nkill -SEGV $$\n", encoding="utf-8")
+    dying.chmod(dying.stat().st_mode | stat.S_IXUSR)
+    (tmp_path / "cube.png").write_bytes(b"an older picture")
+    monkeypatch.setattr(scenes.sys, "executable", str(dying))
+    files, reason = scenes.Drawing([scene]).wait()
+    assert files == []
+    assert reason == "the renderer ended with SIGSEGV, as VTK does without EGL (Debian: libegl1); it said: no EGL here"
+
+
+def test_a_renderer_that_fails_says_why(scene):
+    scene["panels"][0]["file"] = "absent.vtkhdf"
+    files, reason = scenes.Drawing([scene]).wait()
+    assert files == []
+    assert "ended with code 1" in reason
+    assert "absent.vtkhdf" in reason
+
+
+def test_a_renderer_that_hangs_is_ended(scene, tmp_path, monkeypatch):
+    slow = tmp_path / "python"
+    slow.write_text("#!/bin/sh\nexec sleep 60\n", encoding="utf-8")
+    slow.chmod(slow.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setattr(scenes.sys, "executable", str(slow))
+    assert scenes.Drawing([scene]).wait(timeout=0.2) == ([], "the renderer took longer than 0 s")
