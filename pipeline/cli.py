@@ -51,8 +51,8 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--retry-failed", action="store_true", help="run samples again that failed or diverged")
 
     for name, target, example in (
-        ("mesh", "mesh", "beam_12x4x1_1a2b3c4d -o beam.msh"),
-        ("fea", "sample", "stiffness.fea-datasheet.twist=90deg -o sample.vtkhdf"),
+        ("mesh", "mesh", "beam_16x4x2_0ba9cf54 -o beam.msh"),
+        ("fea", "sample", "table.fea-datasheet.twist=90deg -o sample.vtkhdf"),
         ("prb", "sample", "ring-down.prb-published.direction=0deg -o sample.vtkhdf"),
         ("fit", "fit", "modulus -o modulus.json"),
     ):

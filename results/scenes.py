@@ -27,7 +27,6 @@ class Scene(TypedDict):
     """A grid of panels in one PNG; ``colour`` names a cell field, empty for the bare mesh."""
 
     output: str
-    title: str
     colour: str
     panels: list[Panel]
     columns: int

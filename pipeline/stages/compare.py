@@ -18,7 +18,7 @@ def compare(plan: Plan) -> str:
     groups = groups_of(plan, found)
     rows = [row for _, group in groups for row in group]
     write_text(plan.folder / "accuracy.csv", to_csv(rows))
-    tables = [layout(title, rows) for title, rows in groups] + fit_tables(fit_results(plan))
+    tables = [layout(title, rows) for title, rows in groups if rows] + fit_tables(fit_results(plan))
     write_text(plan.folder / "accuracy.md", to_markdown(tables))
     write_text(plan.folder / "tables.json", to_json(tables))
     failed = [{"sample": e.path, "status": e.record.status, "reason": e.record.reason} for e in holes(found)]
@@ -27,7 +27,7 @@ def compare(plan: Plan) -> str:
 
 
 def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
-    """Accuracy rows under a title each."""
+    """Accuracy rows under a title each: the comparisons in their order, then what was published."""
     groups = []
     for comparison in plan.study.comparisons:
         if comparison.reference in plan.study.lab:
@@ -39,7 +39,7 @@ def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
             groups.append((title, list(_record_rows(comparison, found))))
     if any(e.experiment.kind == "RingDown" for e in found):
         groups.append(("what the dissertation reports of its own ring-down models", published_ring_down()))
-    return [(title, rows) for title, rows in groups if rows]
+    return groups
 
 
 def _lab_rows(plan: Plan, comparison: Comparison, found: list[Entry]) -> Iterator[Row]:

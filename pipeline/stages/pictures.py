@@ -30,7 +30,7 @@ def pictures(plan: Plan) -> str:
 def _figures(plan: Plan, found: list[Entry], folder: Path) -> list[tuple[Path, str]]:
     drawn = []
     for comparison, (title, rows) in zip(plan.study.comparisons, groups_of(plan, found), strict=False):
-        if comparison.reference in plan.study.lab:
+        if rows and comparison.reference in plan.study.lab:
             path = figures.stiffness_bars(rows, title, folder / f"{comparison.campaign}_bars.png")
             drawn.append((path, f"{title}: main entries of K'"))
     for name in plan.study.campaigns:
@@ -82,7 +82,6 @@ def _panel(plan: Plan, entry: Entry, state: int, caption: str) -> scenes.Panel:
 def _scene(output: Path, colour: str, panels: list[scenes.Panel], columns: int) -> scenes.Scene:
     return {
         "output": str(output),
-        "title": output.stem,
         "colour": colour,
         "panels": panels,
         "columns": int(np.clip(columns, 1, 4)),

@@ -15,7 +15,7 @@ def scene(tmp_path):
     fields = Fields(points, np.array([[0, 1, 3, 2, 4, 5, 7, 6]]), 12, np.zeros(1), {"displacement": displacement})
     write_record(tmp_path / "cube.vtkhdf", Record("fea", "cube", {}, {}, fields=fields), {})
     panel = {"file": str(tmp_path / "cube.vtkhdf"), "state": 0, "caption": "cube"}
-    return {"output": str(tmp_path / "cube.png"), "title": "cube", "colour": "", "panels": [panel], "columns": 1}
+    return {"output": str(tmp_path / "cube.png"), "colour": "", "panels": [panel], "columns": 1}
 
 
 def test_a_renderer_that_dies_leaves_a_reason_and_no_picture(scene, tmp_path, monkeypatch):
