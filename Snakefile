@@ -135,6 +135,7 @@ rule compare:
         plan.outputs("fea"),
         plan.outputs("prb"),
         plan.outputs("fit"),
+        plan.own_lab_files(),
     output:
         plan.folder / "accuracy.csv",
         plan.folder / "accuracy.md",
@@ -160,6 +161,7 @@ rule pictures:
         plan.outputs("fea"),
         plan.outputs("prb"),
         plan.outputs("fit"),
+        plan.own_lab_files(),
     output:
         plan.folder / "pictures/index.json",
     log:

@@ -30,6 +30,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "prb": ("lab", "prb", "results.store", "pipeline.stages.perform"),
     "fit": ("lab", "prb", "calibrate", "results.store", "pipeline.stages.fit"),
 }
+ALL_SOURCES = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,7 @@ class Plan:
     def __init__(self, study: Study, samples: dict[str, Sample] | None = None) -> None:
         self.study = study
         self.folder = RUNS / study.study
+        self._tables: dict[str, StiffnessTable] = {}
         if samples is not None:
             self.samples = samples  # takes the place of the cached property
 
@@ -151,7 +153,9 @@ class Plan:
 
     @cached_property
     def jobs(self) -> dict[Stage, dict[str, Job]]:
-        """Jobs by stage and id."""
+        """Jobs by stage and id; every lab table has been read then, so that a faulty one stops the run first."""
+        for name in self.study.lab:
+            self.lab_table(name)
         return {stage: self.jobs_of(stage) for stage in get_args(Stage)}
 
     def jobs_of(self, stage: Stage) -> dict[str, Job]:
@@ -191,10 +195,8 @@ class Plan:
         if isinstance(fit, TrackingFit):
             params["performer"] = self.study.performers[fit.model].model_dump(mode="json")
         else:
-            lab = self.study.lab[fit.reference]
-            params["lab"] = lab.model_dump(mode="json")
-            if not lab.file.startswith(PREFIX):
-                records.append(lab.file)
+            params["lab"] = self.study.lab[fit.reference].model_dump(mode="json")
+            records += self.own_lab_files(fit.reference)
         return Job("fit", name, tuple(records), self.fit_output(name), self._sourced("fit", params))
 
     def fit_samples(self, name: str) -> list[Sample]:
@@ -237,12 +239,20 @@ class Plan:
         return found
 
     def lab_table(self, name: str) -> StiffnessTable:
-        """A lab table of the study, read from its file."""
-        file = self.study.lab[name].file
-        try:
-            return read_stiffness_table(locate(file, Path()) if file.startswith(PREFIX) else Path(file))
-        except (OSError, ValueError) as error:
-            raise StudyError(f"lab.{name}.file: {error}") from None
+        """A lab table of the study, read from its file once."""
+        if name not in self._tables:
+            file = self.study.lab[name].file
+            try:
+                path = locate(file, Path()) if file.startswith(PREFIX) else Path(file)
+                self._tables[name] = read_stiffness_table(path)
+            except (OSError, ValueError) as error:
+                raise StudyError(f"lab.{name}.file: {error}") from None
+        return self._tables[name]
+
+    def own_lab_files(self, *names: str) -> list[str]:
+        """Files of the named lab tables (of all without names) that do not ship with the project."""
+        files = [self.study.lab[name].file for name in names or self.study.lab]
+        return [file for file in files if not file.startswith(PREFIX)]
 
     def output(self, sample: Sample) -> str:
         """Record file of a sample."""

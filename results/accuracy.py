@@ -110,8 +110,7 @@ def against_scalars(
 
 def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
     """Rows of a ring-down against a reference ring-down: tracking error, main numbers, speed-up."""
-    names = ("release_y", "release_z", "frequency", "damping_ratio")
-    units = {"release_y": "m", "release_z": "m", "frequency": "Hz", "damping_ratio": "1"}
+    names = (("release_y", "m"), ("release_z", "m"), ("frequency", "Hz"), ("damping_ratio", "1"))
     reference, origin = other.performer, other.record.origin
     if entry.record.completed and other.record.completed:
         ours, theirs = entry.record["markers"], other.record["markers"]
@@ -120,9 +119,7 @@ def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
         error = distance = math.nan
     yield _row(entry, entry.slug, "tracking_error", "1", error, reference, origin, 0.0, error)
     yield _row(entry, entry.slug, "tracking_rms", "m", distance, reference, origin, 0.0, math.nan)
-    yield from against_scalars(
-        entry, [(name, units[name]) for name in names], reference, origin, other.scalars(), entry.slug
-    )
+    yield from against_scalars(entry, names, reference, origin, other.scalars(), entry.slug)
     if entry.record.origin == "prb" and origin != "prb":
         ratio = _wall_time(other.record) / _wall_time(entry.record)
         yield _row(entry, entry.slug, "speed_up", "1", ratio, reference, origin, 1.0, math.nan)

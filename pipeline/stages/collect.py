@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from lab.materials import Frozen
-from pipeline.plan import SOURCES, Plan, Sample
+from pipeline.plan import ALL_SOURCES, Plan, Sample
 from pipeline.provenance import provenance
 from pipeline.stages.gather import entries, fit_results
 from pipeline.sweep import quantity_of
@@ -16,8 +16,7 @@ def collect(plan: Plan) -> str:
     """Gather all records and fits in ``study.h5`` and the fitted models as MJCF; return a line about it."""
     found, fits = entries(plan), fit_results(plan)
     path = plan.folder / "study.h5"
-    sources = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
-    about = {"study": plan.study.model_dump(mode="json"), "study_hash": plan.study.digest(), **provenance(sources)}
+    about = {"study": plan.study.model_dump(mode="json"), "study_hash": plan.study.digest(), **provenance(ALL_SOURCES)}
     write_study(path, found, _sweeps(plan), fits, about)
     for name, fit in fits.items():
         if fit.get("mjcf"):

@@ -44,17 +44,14 @@ def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
 
 def _lab_rows(plan: Plan, comparison: Comparison, found: list[Entry]) -> Iterator[Row]:
     table = plan.lab_table(comparison.reference)
+    inside = {(e.performer, e.slug): e for e in found if e.campaign == comparison.campaign}
+    performers = plan.study.campaigns[comparison.campaign].performers
+    places = {p: plan.rows_of_table(comparison.reference, comparison.campaign, p) for p in performers}
     for phi, values in table.rows.items():
-        for performer in plan.study.campaigns[comparison.campaign].performers:
-            sample = plan.rows_of_table(comparison.reference, comparison.campaign, performer).get(phi)
-            for entry in found:
-                if sample and (entry.campaign, entry.performer, entry.slug) == (
-                    sample.campaign,
-                    performer,
-                    sample.slug,
-                ):
-                    label = f"phi {phi:g} deg: {entry.slug}"
-                    yield from against_scalars(entry, KPRIME_ENTRIES, comparison.reference, table.origin, values, label)
+        for performer in performers:
+            if sample := places[performer].get(phi):
+                entry, label = inside[performer, sample.slug], f"phi {phi:g} deg: {sample.slug}"
+                yield from against_scalars(entry, KPRIME_ENTRIES, comparison.reference, table.origin, values, label)
 
 
 def _record_rows(comparison: Comparison, found: list[Entry]) -> Iterator[Row]:

@@ -26,15 +26,11 @@ def _use(plan: Plan, sample: Sample) -> FitUse | None:
     if not sample.model.fit:
         return None
     fit = plan.study.fits[sample.model.fit]
-    if fit.kind == "tracking":
-        used = frozenset(fit.used) if fit.campaign == sample.campaign else frozenset()
-    else:
-        used = (
-            frozenset(s.slug for s in plan.fit_samples(sample.model.fit))
-            if fit.campaign == sample.campaign
-            else frozenset()
-        )
-    return FitUse(fit.reference, used)
+    if fit.campaign != sample.campaign:
+        return FitUse(fit.reference, frozenset())
+    # A modulus fit names rows of its lab table; what it used are the samples behind them.
+    used = fit.used if fit.kind == "tracking" else [s.slug for s in plan.fit_samples(sample.model.fit)]
+    return FitUse(fit.reference, frozenset(used))
 
 
 def fit_results(plan: Plan) -> dict[str, dict[str, Any]]:

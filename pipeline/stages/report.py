@@ -4,7 +4,7 @@ import json
 
 from lab.experiments import Experiment, RingDown
 from lab.specimens import Specimen
-from pipeline.plan import SOURCES, Plan
+from pipeline.plan import ALL_SOURCES, Plan
 from pipeline.provenance import provenance
 from pipeline.study import FeaPerformer, Reading
 from results.report import Picture, render
@@ -18,8 +18,7 @@ def report(plan: Plan) -> str:
     pictures = [Picture(plan.folder / "pictures" / p["file"], p["caption"]) for p in index["files"]]
     holes = json.loads((plan.folder / "holes.json").read_text(encoding="utf-8"))
     tables = from_json((plan.folder / "tables.json").read_text(encoding="utf-8"))
-    sources = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
-    about = {"study": plan.study.study, "study hash": plan.study.digest(), **provenance(sources)}
+    about = {"study": plan.study.study, "study hash": plan.study.digest(), **provenance(ALL_SOURCES)}
     title = plan.study.title or plan.study.study
     path = plan.folder / "report.html"
     write_text(path, render(title, tables, pictures, index["left_out"], assumptions(plan), holes, about))

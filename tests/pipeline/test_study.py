@@ -80,6 +80,19 @@ def test_faults_of_sweeps_are_found_before_anything_runs(path, value, words):
     assert words in str(caught.value)
 
 
+def test_a_faulty_lab_table_is_found_before_anything_runs(tmp_path):
+    """With or without a fit that reads it; and an own table is an input of the jobs that compare with it."""
+    table = tmp_path / "own.csv"
+    table.write_text("phi [deg],k_yy [N/m]\n0,1\n", encoding="utf-8")
+    data = edited("lab/table-5-1/file", "own.csv")
+    del data["fits"]["modulus"]
+    data["performers"]["fea-calibrated"].pop("fit")
+    plan = Plan(check_study(data, tmp_path))
+    assert plan.own_lab_files() == [str(table)]
+    with pytest.raises(StudyError, match=r"lab.table-5-1.file: own.csv: column .* is missing"):
+        _ = plan.jobs
+
+
 def test_several_faults_are_all_listed():
     data = edited("specimens/beam/lenght", "50 mm")
     data["experiments"]["stiffness"]["increments"] = 0
