@@ -1,8 +1,11 @@
-"""Finite elements: large-deformation solids on scikit-fem, and the performing of experiments with them."""
+"""Finite elements: large-deformation solids and shells on scikit-fem, and experiments performed with them.
+
+Cases of one's own begin with ``Case`` (see ``docs/fea.md``); studies call ``perform``.
+"""
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fea.model import FeaModel
 from lab.experiments import Experiment
@@ -10,15 +13,43 @@ from lab.records import Record
 from lab.specimens import Specimen
 
 if TYPE_CHECKING:
-    from skfem import MeshHex2
+    from fea.body import Body as Body
+    from fea.case import Case as Case
+    from fea.case import constant as constant
+    from fea.case import proportional as proportional
+    from fea.case import stages as stages
+    from fea.motion import transient as transient
+    from fea.newton import Options as Options
+    from fea.run import Run as Run
+    from fea.shell import Shell as Shell
+    from fea.statics import Steer as Steer
+    from fea.statics import static as static
+    from fea.statics import trace as trace
+    from fea.vibration import linear_buckling as linear_buckling
+    from fea.vibration import vibrations as vibrations
 
 #: Experiment kind to the module that performs it.
 PERFORMERS = {"StaticStiffness": "fea.static_stiffness", "RingDown": "fea.ring_down"}
 
-__all__ = ["PERFORMERS", "FeaModel", "perform"]
+#: Public names to their modules: numba and scikit-fem load only when there is work for them.
+_PUBLIC = {
+    "Body": "fea.body", "Shell": "fea.shell",
+    "Case": "fea.case", "constant": "fea.case", "proportional": "fea.case", "stages": "fea.case",
+    "static": "fea.statics", "trace": "fea.statics", "Steer": "fea.statics", "Options": "fea.newton",
+    "transient": "fea.motion", "Run": "fea.run",
+    "vibrations": "fea.vibration", "linear_buckling": "fea.vibration",
+}  # fmt: skip
+
+__all__ = ["PERFORMERS", "FeaModel", "perform", *_PUBLIC]  # noqa: PLE0604
 
 
-def perform(specimen: Specimen, experiment: Experiment, model: FeaModel, mesh: "MeshHex2") -> Record:
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"fea has no {name!r}")
+    return getattr(import_module(_PUBLIC[name]), name)
+
+
+def perform(specimen: Specimen, experiment: Experiment, model: FeaModel, mesh: Any) -> Record:
     """Put a specimen through an experiment by finite elements.
 
     Parameters
@@ -44,6 +75,5 @@ def perform(specimen: Specimen, experiment: Experiment, model: FeaModel, mesh: "
             model.origin, model.kind, specimen.model_dump(), experiment.model_dump(), status="unsupported",
             reason=f"no finite-element performer for {experiment.kind}; there are {', '.join(PERFORMERS)}",
         )  # fmt: skip
-    # numba and scikit-fem load only when there is work for them.
     performer: Callable[..., Record] = import_module(module).perform
     return performer(specimen, experiment, model, mesh)

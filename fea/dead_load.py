@@ -3,14 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fea.body import Body
 from fea.held_tip import axes_of
 from fea.linear import make_solver
+from fea.newton import Smooth
+from fea.parts import Deformable
 
 Array = NDArray[np.float64]
 
 
-class DeadLoad:
+class DeadLoad(Smooth):
     """Equilibrium under s * load with the root clamped; a ``System`` of ``fea.newton``.
 
     Parameters
@@ -23,7 +24,7 @@ class DeadLoad:
         Kind of linear solver.
     """
 
-    def __init__(self, body: Body, load: Array, solver: str = "auto") -> None:
+    def __init__(self, body: Deformable, load: Array, solver: str = "auto") -> None:
         self.body = body
         self.root = body.boundary("root")
         self.free = np.setdiff1d(np.arange(3 * body.nodes), axes_of(self.root))

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fea.body import Body
 from fea.held_tip import axes_of
 from fea.linear import SingularMatrixError, make_solver
 from fea.newton import NotConvergedError, search
+from fea.parts import Deformable
 from fea.secant import Secant
 
 Array = NDArray[np.float64]
@@ -100,7 +100,7 @@ class Dynamics:
     max_splits = 6
 
     def __init__(
-        self, body: Body, on_boundary: dict[str, float] | None = None, load: Array | None = None,
+        self, body: Deformable, on_boundary: dict[str, float] | None = None, load: Array | None = None,
         solver: str = "auto", tolerance: float = 1e-6, rho: float = 0.9,
     ) -> None:  # fmt: skip
         self.body, self.tolerance, self.blend = body, tolerance, Blend(rho)

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fea.body import Body
 from fea.linear import make_solver
+from fea.newton import Smooth
+from fea.parts import Deformable
 from fea.rigid_face import RigidFace
 
 Array = NDArray[np.float64]
@@ -15,7 +16,7 @@ def axes_of(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
     return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
-class HeldTip:
+class HeldTip(Smooth):
     """Equilibrium with the root clamped and the tip on a robot; a ``System`` of ``fea.newton``.
 
     Unknowns y = (free displacements, sprung pose components).  The robot's pose is s * travel.
@@ -30,7 +31,7 @@ class HeldTip:
         Kind of linear solver.
     """
 
-    def __init__(self, body: Body, springs: Array, solver: str = "auto") -> None:
+    def __init__(self, body: Deformable, springs: Array, solver: str = "auto") -> None:
         self.body = body
         nodes = body.boundary("tip")
         shares = body.shares("tip")[nodes]

@@ -1,7 +1,17 @@
 """Hyperelastic laws at one point, for use inside compiled kernels.
 
 Voigt order 11, 22, 33, 12, 13, 23; strains carry doubled shears, so that stress . strain is work.
-``law`` is a code of ``LAWS``; ``mu`` and ``lam`` are Lame's constants in Pa.
+``law`` is a code of ``LAWS`` and ``parameters`` the array of ``constants``:
+
+    mu, lambda, lambda of the viscous stress, kappa, c10, c01, c20, c30     (Pa)
+
+The isochoric laws share one polynomial in the invariants of C / J^(2/3), J = det F:
+
+    W = c10 (I1 - 3) + c01 (I2 - 3) + c20 (I1 - 3)^2 + c30 (I1 - 3)^3 + U(J)
+    U = kappa/2 ((J^2 - 1)/2 - ln J)
+
+U is convex and infinite at J = 0, so an element that is being crushed resists without bound; kappa/2 (J - 1)^2,
+which agrees with it up to third order in J - 1, would let it vanish for a finite price.
 """
 
 import numpy as np
@@ -12,14 +22,31 @@ from lab.materials import Material
 
 SAINT_VENANT_KIRCHHOFF = 0
 NEO_HOOKEAN = 1
-LAWS = {"saint-venant-kirchhoff": SAINT_VENANT_KIRCHHOFF, "neo-hookean": NEO_HOOKEAN}
+ISOCHORIC = 2
+LAWS = {
+    "saint-venant-kirchhoff": SAINT_VENANT_KIRCHHOFF,
+    "neo-hookean": NEO_HOOKEAN,
+    "nearly-incompressible-neo-hookean": ISOCHORIC,
+    "mooney-rivlin": ISOCHORIC,
+    "yeoh": ISOCHORIC,
+}
+_KAPPA, _C10, _C01, _C20, _C30 = 3, 4, 5, 6, 7
 
 Array = NDArray[np.float64]
 
 
-def constants(material: Material) -> tuple[int, float, float]:
-    """Law code and Lame's constants mu, lambda (Pa) of a material."""
-    return LAWS[material.law], material.shear_modulus, material.lame_lambda
+def constants(material: Material) -> tuple[int, Array]:
+    """Law code of a material, and the parameters (8,), Pa, that every function here takes.
+
+    Under an isochoric law the viscous stress is deviatoric: the bulk of such materials is elastic, and a
+    viscous bulk stress would lock where the elastic one no longer does.
+    """
+    law, mu = LAWS[material.law], material.shear_modulus
+    c01 = 0.5 * mu * material.c01_share if material.law == "mooney-rivlin" else 0.0
+    c10 = 0.5 * mu - c01
+    c20, c30 = (material.c20_ratio * c10, material.c30_ratio * c10) if material.law == "yeoh" else (0.0, 0.0)
+    viscous = -2.0 * mu / 3.0 if law == ISOCHORIC else material.lame_lambda
+    return law, np.array([mu, material.lame_lambda, viscous, material.bulk_modulus, c10, c01, c20, c30])
 
 
 @njit(cache=True)
@@ -47,7 +74,7 @@ def hooke(mu: float, lam: float, strain: Array, stress: Array) -> None:
 
 @njit(cache=True)
 def _inverse_cauchy_green(strain: Array, inverse: Array) -> float:
-    """Inverse of C = I + 2E (Voigt, plain shears) into ``inverse``; returns ln J, NaN when not invertible."""
+    """Inverse of C = I + 2E (Voigt, plain shears) into ``inverse``; returns det C, NaN when not positive."""
     c0, c1, c2 = 1.0 + 2.0 * strain[0], 1.0 + 2.0 * strain[1], 1.0 + 2.0 * strain[2]
     c3, c4, c5 = strain[3], strain[4], strain[5]
     inverse[0] = c1 * c2 - c5 * c5
@@ -59,51 +86,162 @@ def _inverse_cauchy_green(strain: Array, inverse: Array) -> float:
     inverse[5] = c3 * c4 - c0 * c5
     for n in range(6):
         inverse[n] /= determinant
-    return 0.5 * np.log(determinant) if determinant > 0.0 else np.nan
+    return determinant if determinant > 0.0 else np.nan
+
+
+@njit(cache=True)
+def volume_ratio(gradient: Array) -> float:
+    """J = det(I + H) of the displacement gradient H (3, 3)."""
+    h = gradient
+    a, b, c = 1.0 + h[0, 0], 1.0 + h[1, 1], 1.0 + h[2, 2]
+    minors = (b * c - h[1, 2] * h[2, 1], h[1, 0] * c - h[1, 2] * h[2, 0], h[1, 0] * h[2, 1] - b * h[2, 0])
+    return a * minors[0] - h[0, 1] * minors[1] + h[0, 2] * minors[2]
 
 
 @njit(cache=True)
 def turned_over(gradient: Array) -> bool:
     """Whether det(I + H) is not positive, where C alone cannot tell."""
-    h = gradient
-    a, b, c = 1.0 + h[0, 0], 1.0 + h[1, 1], 1.0 + h[2, 2]
-    minors = (b * c - h[1, 2] * h[2, 1], h[1, 0] * c - h[1, 2] * h[2, 0], h[1, 0] * h[2, 1] - b * h[2, 0])
-    return a * minors[0] - h[0, 1] * minors[1] + h[0, 2] * minors[2] <= 0.0
+    return volume_ratio(gradient) <= 0.0
 
 
 @njit(cache=True)
-def energy_density(law: int, mu: float, lam: float, strain: Array) -> float:
+def volumetric_energy(parameters: Array, ratio: float) -> float:
+    """U(J), J/m^3; NaN where the volume ratio is not positive."""
+    if not ratio > 0.0:
+        return np.nan
+    return 0.5 * parameters[_KAPPA] * (0.5 * (ratio * ratio - 1.0) - np.log(ratio))
+
+
+@njit(cache=True)
+def pressure_and_slope(parameters: Array, ratio: float) -> tuple[float, float]:
+    """dU/dJ and d2U/dJ2, Pa; NaN where the volume ratio is not positive."""
+    if not ratio > 0.0:
+        return np.nan, np.nan
+    half = 0.5 * parameters[_KAPPA]
+    return half * (ratio - 1.0 / ratio), half * (1.0 + 1.0 / (ratio * ratio))
+
+
+@njit(cache=True)
+def _isochoric_invariants(strain: Array, inverse: Array) -> tuple[float, float, float, float]:
+    """J^(-2/3), I1 and I2 of C, and J; the inverse of C into ``inverse`` (6,)."""
+    determinant = _inverse_cauchy_green(strain, inverse)
+    trace = strain[0] + strain[1] + strain[2]
+    squares = (
+        strain[0] ** 2 + strain[1] ** 2 + strain[2] ** 2 + 0.5 * (strain[3] ** 2 + strain[4] ** 2 + strain[5] ** 2)
+    )
+    second = 3.0 + 4.0 * trace + 2.0 * (trace * trace - squares)
+    return determinant ** (-1.0 / 3.0), 3.0 + 2.0 * trace, second, np.sqrt(determinant)
+
+
+@njit(cache=True)
+def isochoric_energy(parameters: Array, strain: Array) -> float:
+    """The polynomial without U, J/m^3."""
+    a, i1, i2, _ = _isochoric_invariants(strain, np.empty(6))
+    x = a * i1 - 3.0
+    return x * (parameters[_C10] + x * (parameters[_C20] + x * parameters[_C30])) + parameters[_C01] * (
+        a * a * i2 - 3.0
+    )
+
+
+@njit(cache=True)
+def split_stress(parameters: Array, strain: Array, pressure: float, stress: Array) -> None:
+    """Isochoric stress plus ``pressure`` J inv(C) into ``stress`` (6,), Pa."""
+    a, i1, i2, j = _isochoric_invariants(strain, stress)
+    x = a * i1 - 3.0
+    first = 2.0 * a * (parameters[_C10] + x * (2.0 * parameters[_C20] + 3.0 * x * parameters[_C30]))
+    second = 2.0 * a * a * parameters[_C01]
+    inverse = pressure * j - (first * i1 + 2.0 * second * i2) / 3.0
+    for n in range(6):
+        stress[n] *= inverse
+    for n in range(3):
+        # I1 I - C of the second invariant.
+        stress[n] += first + second * (i1 - 1.0 - 2.0 * strain[n])
+        stress[n + 3] -= second * strain[n + 3]
+
+
+@njit(cache=True)
+def split_elasticity(parameters: Array, strain: Array, pressure: float, slope: float, matrix: Array) -> None:
+    """Derivative of ``split_stress`` into ``matrix`` (6, 6), Pa.
+
+    ``slope`` is dp/dJ where the pressure follows the volume at this point alone, else 0.
+    """
+    ci, d1, d2 = np.empty(6), np.empty(6), np.empty(6)
+    a, i1, i2, j = _isochoric_invariants(strain, ci)
+    x = a * i1 - 3.0
+    w1 = parameters[_C10] + x * (2.0 * parameters[_C20] + 3.0 * x * parameters[_C30])
+    w11 = 2.0 * parameters[_C20] + 6.0 * x * parameters[_C30]
+    w2 = parameters[_C01]
+    for n in range(3):
+        d1[n], d1[n + 3] = 1.0, 0.0
+        d2[n], d2[n + 3] = i1 - 1.0 - 2.0 * strain[n], -strain[n + 3]
+    both = 4.0 * (w1 * a * i1 + 4.0 * w2 * a * a * i2) / 9.0 + slope * j * j + pressure * j
+    mixed = 2.0 * (w1 * a * i1 + 2.0 * w2 * a * a * i2) / 3.0 - pressure * j
+    cross1, cross2, unit = -4.0 / 3.0 * w1 * a, -8.0 / 3.0 * w2 * a * a, 4.0 * w2 * a * a
+    _add_products(ci, mixed, both, matrix)
+    for m in range(6):
+        along = 2.0 * a * (d1[m] - i1 / 3.0 * ci[m])
+        for n in range(6):
+            matrix[m, n] += cross1 * (d1[m] * ci[n] + ci[m] * d1[n]) + cross2 * (d2[m] * ci[n] + ci[m] * d2[n])
+            matrix[m, n] += unit * d1[m] * d1[n] + w11 * along * 2.0 * a * (d1[n] - i1 / 3.0 * ci[n])
+        matrix[m, m] -= unit if m < 3 else 0.5 * unit
+
+
+@njit(cache=True)
+def _add_products(ci: Array, mixed: float, both: float, matrix: Array) -> None:
+    """Set ``matrix`` to both inv(C) x inv(C) + mixed (inv(C)_ik inv(C)_jl + inv(C)_il inv(C)_jk)."""
+    rows, cols = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
+    tensor = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
+    for m in range(6):
+        for n in range(6):
+            i, j, k, l = rows[m], cols[m], rows[n], cols[n]  # noqa: E741
+            pair = ci[tensor[i][k]] * ci[tensor[j][l]] + ci[tensor[i][l]] * ci[tensor[j][k]]
+            matrix[m, n] = both * ci[m] * ci[n] + mixed * pair
+
+
+@njit(cache=True)
+def energy_density(law: int, parameters: Array, strain: Array) -> float:
     """Strain energy per reference volume, J/m^3.
 
     Saint Venant-Kirchhoff: lam/2 tr(E)^2 + mu E:E; neo-Hookean (Bonet & Wood 2008, eq. 6.27):
-    mu/2 (I1 - 3) - mu ln J + lam/2 (ln J)^2.
+    mu/2 (I1 - 3) - mu ln J + lam/2 (ln J)^2; isochoric: see the head of this file.
     """
+    mu, lam = parameters[0], parameters[1]
     trace = strain[0] + strain[1] + strain[2]
     if law == SAINT_VENANT_KIRCHHOFF:
         shear = strain[3] ** 2 + strain[4] ** 2 + strain[5] ** 2
         return 0.5 * lam * trace**2 + mu * (strain[0] ** 2 + strain[1] ** 2 + strain[2] ** 2 + 0.5 * shear)
-    log_j = _inverse_cauchy_green(strain, np.empty(6))
+    determinant = _inverse_cauchy_green(strain, np.empty(6))
+    if law == ISOCHORIC:
+        return isochoric_energy(parameters, strain) + volumetric_energy(parameters, np.sqrt(determinant))
+    log_j = 0.5 * np.log(determinant)
     return mu * (trace - log_j) + 0.5 * lam * log_j**2
 
 
 @njit(cache=True)
-def second_piola(law: int, mu: float, lam: float, strain: Array, stress: Array) -> None:
+def second_piola(law: int, parameters: Array, strain: Array, stress: Array) -> None:
     """Second Piola-Kirchhoff stress dW/dE into ``stress`` (6,), Pa."""
+    mu, lam = parameters[0], parameters[1]
     if law == SAINT_VENANT_KIRCHHOFF:
         hooke(mu, lam, strain, stress)
         return
-    log_j = _inverse_cauchy_green(strain, stress)
+    determinant = _inverse_cauchy_green(strain, stress)
+    if law == ISOCHORIC:
+        pressure, _ = pressure_and_slope(parameters, np.sqrt(determinant))
+        split_stress(parameters, strain, pressure, stress)
+        return
+    factor = 0.5 * lam * np.log(determinant) - mu
     for n in range(6):
-        stress[n] *= lam * log_j - mu
+        stress[n] *= factor
     for n in range(3):
         stress[n] += mu
 
 
 @njit(cache=True)
-def elasticity(law: int, mu: float, lam: float, strain: Array, matrix: Array) -> None:
+def elasticity(law: int, parameters: Array, strain: Array, matrix: Array) -> None:
     """Tangent dS/dE into ``matrix`` (6, 6), Pa."""
-    matrix[:] = 0.0
+    mu, lam = parameters[0], parameters[1]
     if law == SAINT_VENANT_KIRCHHOFF:
+        matrix[:] = 0.0
         for m in range(3):
             for n in range(3):
                 matrix[m, n] = lam
@@ -111,11 +249,9 @@ def elasticity(law: int, mu: float, lam: float, strain: Array, matrix: Array) ->
             matrix[m + 3, m + 3] = mu
         return
     ci = np.empty(6)
-    factor = mu - lam * _inverse_cauchy_green(strain, ci)
-    rows, cols = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
-    tensor = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
-    for m in range(6):
-        for n in range(6):
-            i, j, k, l = rows[m], cols[m], rows[n], cols[n]  # noqa: E741
-            mixed = ci[tensor[i][k]] * ci[tensor[j][l]] + ci[tensor[i][l]] * ci[tensor[j][k]]
-            matrix[m, n] = lam * ci[m] * ci[n] + factor * mixed
+    determinant = _inverse_cauchy_green(strain, ci)
+    if law == ISOCHORIC:
+        pressure, slope = pressure_and_slope(parameters, np.sqrt(determinant))
+        split_elasticity(parameters, strain, pressure, slope, matrix)
+        return
+    _add_products(ci, mu - 0.5 * lam * np.log(determinant), lam, matrix)

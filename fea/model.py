@@ -1,14 +1,23 @@
 """What a study may choose about the finite-element performer."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from lab.experiments import Experiment
 from lab.materials import Frozen
 from lab.specimens import Specimen
 from lab.units import Quantity
+from meshes.making import Element
 from meshes.options import MeshOptions
+
+#: Meshes of held and of moving specimens by element, for what a study leaves open.  Experiments in motion
+#: get coarser ones: deflections and frequencies of a free beam feel the singular edges of the clamp less
+#: than the reactions of a held one.
+DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
+    "solid": {"mesh": MeshOptions(), "motion_mesh": MeshOptions(along=12, across=4, through=1)},
+    "shell": {"mesh": MeshOptions(through=1), "motion_mesh": MeshOptions(along=8, across=4, through=1)},
+}
 
 
 class MaterialChange(Frozen):
@@ -25,10 +34,14 @@ class FeaModel(Frozen):
     """Finite-element performer: mesh, solver and what it assumes about the material."""
 
     kind: Literal["fea"] = "fea"
-    mesh: MeshOptions = MeshOptions()
-    #: Mesh of experiments in motion. Coarser by default: deflections and frequencies of a free beam feel
-    #: the singular edges of the clamp less than the reactions of a held one.
-    motion_mesh: MeshOptions = MeshOptions(along=12, across=4, through=1)
+    element: Element = Field(
+        "solid", description="solid: 27-node hexahedra; shell: 18-node solid shells on the middle surface."
+    )
+    mesh: MeshOptions = Field(DEFAULT_MESHES["solid"]["mesh"], description="Shells have defaults of their own.")
+    #: Mesh of experiments in motion.
+    motion_mesh: MeshOptions = Field(
+        DEFAULT_MESHES["solid"]["motion_mesh"], description="Shells have defaults of their own."
+    )
     material: MaterialChange = MaterialChange()
     linear_solver: Literal["auto", "pardiso", "superlu"] = Field(
         "auto", description="auto: MKL Pardiso where its wheel is installed, SciPy's SuperLU elsewhere."
@@ -42,6 +55,15 @@ class FeaModel(Frozen):
     #: Standard deviation of Gaussian noise on marker coordinates (virtual lab only).
     noise: Annotated[float, Quantity("m", "mm"), Field(ge=0)] = 0.0
     seed: int = Field(0, ge=0)
+
+    @model_validator(mode="after")
+    def _fill_meshes(self) -> Self:
+        # Past pydantic's own assignment, so that what was left out still counts as left out in sweeps.
+        for name, default in DEFAULT_MESHES[self.element].items():
+            given = getattr(self, name) if name in self.model_fields_set else None
+            chosen = {key: getattr(given, key) for key in given.model_fields_set} if given else {}
+            self.__dict__[name] = MeshOptions.model_construct(set(chosen), **(dict(default) | chosen))
+        return self
 
     def mesh_for(self, experiment: Experiment) -> MeshOptions:
         """Mesh options for an experiment."""

@@ -1,7 +1,7 @@
 """Newton's method with line search, along a load parameter in increments that adapt themselves."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,7 +26,12 @@ class DivergedError(ArithmeticError):
 
 
 class System(Protocol):
-    """Equations r(y, s) = 0 with the load parameter s."""
+    """Equations r(y, s) = 0 with the load parameter s.
+
+    ``noise`` is the size of a residual that rounding makes by itself, at the last tangent.
+    """
+
+    noise: float
 
     def residual(self, state: Array, parameter: float) -> tuple[Array, float]:
         """Residual and the size of the reactions that it is measured against."""
@@ -43,6 +48,38 @@ class System(Protocol):
     def advance(self, state: Array, parameter: float, target: float) -> Array:
         """First-order change of the state towards the parameter ``target``; leaves a factorised tangent."""
 
+    def prepare(self, state: Array, parameter: float) -> None:
+        """Get ready for an increment that starts here."""
+
+    def augment(self, state: Array, parameter: float) -> bool:
+        """Improve multipliers at an equilibrium; True when it must be sought again."""
+
+    def accept(self, state: Array, parameter: float) -> Array | None:
+        """Take over the end of an increment; the same state in new unknowns where they had to change."""
+
+    def reject(self) -> None:
+        """Forget what was tried since the last accepted increment."""
+
+
+class Smooth:
+    """The part of ``System`` that only contact and large rotations need; for systems without either."""
+
+    noise = 0.0
+
+    def prepare(self, state: Array, parameter: float) -> None:
+        """Nothing to get ready."""
+
+    def augment(self, state: Array, parameter: float) -> bool:
+        """No multipliers."""
+        return False
+
+    def accept(self, state: Array, parameter: float) -> Array | None:
+        """No history."""
+        return None
+
+    def reject(self) -> None:
+        """No history."""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -56,8 +93,15 @@ class Options:
         The same inside an interval, where only the path matters.
     max_iterations
         Per increment; above it the increment is cut.
+    max_augmentations
+        Renewals of multipliers per increment; above it the increment is cut.
+    keep_below
+        Relative residual below which an old tangent is tried first.
     stall
         A step with an old tangent must reduce the residual below this fraction, else it is renewed.
+    growth
+        A full step may enlarge the residual by this factor, or to the largest of the increment, before the
+        line search sets in.
     target_tangents
         Increments grow while they need no more tangents than this.
     min_increment
@@ -66,8 +110,11 @@ class Options:
 
     tolerance: float = 1e-8
     loose_tolerance: float = 1e-4
-    max_iterations: int = 40
-    stall: float = 0.3
+    max_iterations: int = 25
+    max_augmentations: int = 12
+    keep_below: float = 1e-2
+    stall: float = 0.1
+    growth: float = 10.0
     target_tangents: int = 4
     min_increment: float = 1e-4
 
@@ -112,8 +159,9 @@ def equilibrate(
 
     ``before`` is the equilibrium that the guess was made from.
 
-    An old tangent is kept while each step with it reduces the residual well; a new one is damped by
-    an energy line search.
+    Close to equilibrium an old tangent is kept while each step with it reduces the residual well.  Full
+    steps are taken even if the residual grows for once, as it does where a thin part turns and its
+    stretch is mended by the next step; an energy line search damps those from which it would explode.
 
     Raises
     ------
@@ -121,30 +169,32 @@ def equilibrate(
     """
     state, moved = guess, guess - before
     right, scale = system.residual(state, parameter)
-    fresh = False
     for _ in range(options.max_iterations):
         size = float(np.linalg.norm(right))
         log.residuals.append(size / scale)
         if not np.isfinite(size):
             raise NotConvergedError("the residual is not finite")
-        if size <= options.tolerance * scale:
+        if size <= max(options.tolerance * scale, system.noise):
             log.converged = True
             return state
         try:
-            step = system.solve(-right)
-            trial, next_scale = system.residual(state + step, parameter)
-            if not fresh and not np.linalg.norm(trial) < options.stall * size:
+            kept = size <= options.keep_below * scale
+            step = system.solve(-right) if kept else np.zeros(0)
+            trial = system.residual(state + step, parameter) if kept else None
+            if trial is None or not np.linalg.norm(trial[0]) < options.stall * size:
                 right, scale = system.linearise(state, parameter, moved)
                 log.tangents += 1
-                fresh = True
                 step = system.solve(-right)
-                trial, next_scale = system.residual(state + step, parameter)
+                trial = system.residual(state + step, parameter)
         except SingularMatrixError as error:
             raise NotConvergedError(str(error)) from None
-        length, right, scale = search(lambda y: system.residual(y, parameter), state, step, right, (trial, next_scale))
+        length = 1.0
+        if not np.linalg.norm(trial[0]) <= max(options.growth * size, max(log.residuals) * scale):
+            length, right, scale = search(lambda y: system.residual(y, parameter), state, step, right, trial)
+        else:
+            right, scale = trial
         moved = length * step
         state = state + moved
-        fresh = False
     raise NotConvergedError(f"no equilibrium after {options.max_iterations} iterations")
 
 
@@ -176,6 +226,7 @@ class Branch:
     parameters: list[float]
     states: list[Array]
     increment: float
+    smooth: bool = False
 
     @classmethod
     def start(cls, state: Array, increment: float, parameter: float = 0.0) -> "Branch":
@@ -204,33 +255,67 @@ def follow(system: System, path: Branch, end: float, options: Options, history: 
         When the increment has been cut below ``options.min_increment`` of the interval.
     """
     interval = end - path.parameters[-1]
-    loose = Options(**{**options.__dict__, "tolerance": max(options.tolerance, options.loose_tolerance)})
-    while (left := end - path.parameters[-1]) > 1e-12 * abs(end):
-        here = path.parameters[-1]
+    while (left := end - path.parameters[-1]) > 1e-12 * max(abs(end), abs(interval)):
         last = path.increment >= left * (1 - 1e-9)
-        target = end if last else here + path.increment
-        log = Increment(target)
-        history.increments.append(log)
-        try:
-            guess = _guess(system, path, target, log)
-            state = equilibrate(system, path.states[-1], guess, target, options if last else loose, log)
-        except (NotConvergedError, SingularMatrixError) as error:
-            path.increment = min(path.increment, left) / 4
-            # After a failure the tangent predictor is the safer one.
-            path.parameters, path.states = path.parameters[-1:], path.states[-1:]
-            if path.increment < options.min_increment * interval:
-                raise DivergedError(str(error), here, path.states[-1]) from None
-            continue
-        path.add(target, state)
-        if log.tangents <= options.target_tangents:
-            path.increment *= 2 if not last or path.increment < left * (1 + 1e-9) else 1
-        elif log.tangents > 2 * options.target_tangents:
-            path.increment /= 2
+        attempt(system, path, end if last else path.parameters[-1] + path.increment, last, options, history, interval)
     return path.states[-1]
 
 
+def attempt(
+    system: System, path: Branch, target: float, exact: bool, options: Options, history: History, interval: float
+) -> bool:
+    """Try one increment to ``target``, to the loose tolerance unless ``exact``; sets the size of the next one.
+
+    Returns
+    -------
+    bool
+        Whether equilibrium was found; the path has then grown by it.
+
+    Raises
+    ------
+    DivergedError
+        When the increment has been cut below ``options.min_increment`` of the ``interval``.
+    """
+    here, log = path.parameters[-1], Increment(target)
+    history.increments.append(log)
+    loose = max(options.tolerance, options.tolerance if exact else options.loose_tolerance)
+    try:
+        system.prepare(path.states[-1], here)
+        guess = _guess(system, path, target, log)
+        state = settle(system, path.states[-1], guess, target, replace(options, tolerance=loose), log)
+    except (NotConvergedError, SingularMatrixError) as error:
+        log.converged = False
+        system.reject()
+        path.increment = (target - here) / 4
+        path.parameters, path.states, path.smooth = path.parameters[-1:], path.states[-1:], False
+        if path.increment < options.min_increment * interval:
+            raise DivergedError(str(error), here, path.states[-1]) from None
+        return False
+    path.add(target, state)
+    path.smooth = log.tangents <= 2
+    rebased = system.accept(state, target)
+    if rebased is not None:
+        path.parameters, path.states = [target], [rebased]
+    if log.tangents <= options.target_tangents:
+        path.increment *= 2 if target - here >= path.increment * (1 - 1e-9) else 1
+    elif log.tangents > 2 * options.target_tangents:
+        path.increment /= 2
+    return True
+
+
+def settle(system: System, before: Array, guess: Array, target: float, options: Options, log: Increment) -> Array:
+    """Equilibrium at ``target`` with multipliers that need no further change."""
+    state = equilibrate(system, before, guess, target, options, log)
+    for _ in range(options.max_augmentations):
+        if not system.augment(state, target):
+            return state
+        state = equilibrate(system, before, state, target, options, log)
+    raise NotConvergedError(f"multipliers do not settle within {options.max_augmentations} renewals")
+
+
 def _guess(system: System, path: Branch, target: float, log: Increment) -> Array:
-    if len(path.states) > 1:
+    """Extrapolation on a smooth path; else the tangent, whose step does not stretch what turns."""
+    if path.smooth and len(path.states) > 2:
         return path.predict(target)
     log.tangents += 1
     return path.states[-1] + system.advance(path.states[-1], path.parameters[-1], target)

@@ -3,34 +3,36 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fea.body import Body
+from fea.parts import Deformable
 from lab.records import Channel, Fields, channels
-from meshes.node_order import VTK_CELL_TYPE, skfem_to_vtk
 
 Array = NDArray[np.float64]
 
 
-def fields(body: Body, values: list[float], displacements: list[Array]) -> Fields:
+def fields(part: Deformable, values: list[float], displacements: list[Array]) -> Fields:
     """States with displacement and strain energy density.
 
     Parameters
     ----------
-    body
-        Solid.
+    part
+        Body or shell.
     values
         The record's index at every state.
     displacements
         (nodes, 3) each, m.
     """
-    volumes = body.weights.sum(axis=1)
-    density = np.array([body.strain_energy(u) / volumes for u in displacements])
-    moved = Channel("displacement", "m", np.array(displacements), ("state", "point", "axis"), "displacement from rest")
-    dense = Channel("strain_energy_density", "J/m^3", density, ("state", "cell"), "mean strain energy density")
+    points, cells, cell_type, carry = part.picture()
+    density = np.array([part.strain_energy(u) / part.volumes for u in displacements])
+    moved = np.array([carry(u) for u in displacements])
     return Fields(
-        points=np.ascontiguousarray(body.points),
-        cells=np.ascontiguousarray(body.cells[:, skfem_to_vtk()]),
-        cell_type=VTK_CELL_TYPE,
+        points=np.ascontiguousarray(points),
+        cells=np.ascontiguousarray(cells),
+        cell_type=cell_type,
         values=np.array(values, dtype=float),
-        point_data=channels(moved),
-        cell_data=channels(dense),
+        point_data=channels(
+            Channel("displacement", "m", moved, ("state", "point", "axis"), "displacement from rest"),
+        ),
+        cell_data=channels(
+            Channel("strain_energy_density", "J/m^3", density, ("state", "cell"), "mean strain energy density"),
+        ),
     )

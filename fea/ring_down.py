@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshHex2
 
-from fea.body import Body
 from fea.dead_load import DeadLoad
-from fea.dynamics import Dynamics, Motion, StoppedError
+from fea.dynamics import Blend, Dynamics, StoppedError
 from fea.model import FeaModel
 from fea.newton import Branch, DivergedError, History, Options, follow
+from fea.parts import Deformable
 from fea.pictures import fields
 from fea.rigid_face import mean_rigid_motion
-from fea.setting_up import how, make_body, said, warm_up
+from fea.setting_up import Mesh, how, make_part, said, warm_up
+from fea.shell import Shell
 from lab.experiments import RingDown
 from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
@@ -32,11 +32,11 @@ _DYNAMIC_TOLERANCE = 1e-5
 class Carrier:
     """Light carrier of the markers, riding on the mean rigid motion of the tip face."""
 
-    def __init__(self, body: Body, places: Array) -> None:
+    def __init__(self, part: Deformable, places: Array) -> None:
         self.places = places
-        self.nodes = body.boundary("tip")
-        self.shares = body.shares("tip")[self.nodes]
-        points = body.points[self.nodes]
+        self.nodes = part.boundary("tip")
+        self.shares = part.shares("tip")[self.nodes]
+        points = part.points[self.nodes]
         self.arms = points - self.shares @ points / self.shares.sum()
 
     def read(self, displacement: Array) -> tuple[Array, Array]:
@@ -49,57 +49,93 @@ class Carrier:
 class _Sensed:
     """Samples of the record as they come in."""
 
+    carrier: Carrier
     markers: list[Array] = field(default_factory=list)
     tip: list[Array] = field(default_factory=list)
     kinetic: list[float] = field(default_factory=list)
     strain: list[float] = field(default_factory=list)
     states: list[tuple[float, Array]] = field(default_factory=list)
 
+    def read(self, experiment: RingDown, displacement: Array, kinetic: float, strain: float) -> None:
+        number = len(self.tip)
+        markers, tip = self.carrier.read(displacement)
+        self.markers.append(markers)
+        self.tip.append(tip)
+        self.kinetic.append(kinetic)
+        self.strain.append(strain)
+        shown = np.linspace(0, min(_SHOWN_UNTIL, experiment.duration) * experiment.rate, _SHOWN).round()
+        if number in shown:
+            self.states.append((number / experiment.rate, displacement))
 
-def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: MeshHex2) -> Record:
+
+def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mesh) -> Record:
     """Hang the load, cut it, and follow the free motion; see ``fea.perform``."""
-    warm_up(model.linear_solver)
+    warm_up(model.linear_solver, model.element)
     began = perf_counter()
-    body = make_body(specimen, model, mesh)
-    share = body.shares("tip")
-    hanging = DeadLoad(body, np.outer(share / share.sum(), experiment.load), model.linear_solver)
-    swinging = Dynamics(body, {"tip": specimen.tip_mass}, None, model.linear_solver, _DYNAMIC_TOLERANCE)
-    static, sensed, reason = History(), _Sensed(), ""
+    part = make_part(specimen, model, mesh)
+    share = part.shares("tip")
+    hanging = DeadLoad(part, np.outer(share / share.sum(), experiment.load), model.linear_solver)
+    static, sensed, reason = History(), _Sensed(Carrier(part, np.array(experiment.markers))), ""
+    history: dict[str, Any] = {}
     try:
         hung = follow(hanging, Branch.start(hanging.rest, 0.1), 1.0, Options(tolerance=model.tolerance), static)
-        _swing(swinging, swinging.start(hung, np.zeros_like(hung)), experiment, model, sensed)
+        swing = _swing_shell if isinstance(part, Shell) else _swing
+        history["dynamic"] = swing(part, hanging.displacement(hung), specimen, experiment, model, sensed)
     except DivergedError as error:
         sensed.states.append((0.0, hanging.displacement(error.state)))
         reason = f"the hanging load was reached to {100 * error.reached:.3g} % only: {error}"
     except StoppedError as error:
         reason = f"the motion stopped at {error.time:.6g} s of {experiment.duration:g} s: {error}"
     seconds = perf_counter() - began
-    history: dict[str, Any] = {"static": static.summary(), "dynamic": swinging.summary()}
+    history = {"static": static.summary(), **history}
     return Record(
         **said(specimen, experiment, model),
         channels=_channels(experiment, model, sensed, history),
-        how=how(body, model, swinging.solver, seconds, history),
+        how=how(part, model, hanging.solver, seconds, history),
         status="diverged" if reason else "completed",
         reason=reason,
-        fields=fields(body, *map(list, zip(*sensed.states, strict=True))),
+        fields=fields(part, *map(list, zip(*sensed.states, strict=True))),
     )
 
 
-def _swing(swinging: Dynamics, begin: Motion, experiment: RingDown, model: FeaModel, sensed: _Sensed) -> None:
-    carrier = Carrier(swinging.body, np.array(experiment.markers))
+def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:
+    """Interval between samples, s, and the number of steps that fill it."""
     interval = 1.0 / experiment.rate
-    shown = np.linspace(0, min(_SHOWN_UNTIL, experiment.duration) * experiment.rate, _SHOWN).round()
     # A hair of tolerance, so that 0.7 ms times 4 may fill an interval of 2.8 ms.
-    substeps = ceil(interval / model.time_step - 1e-9)
-    for number, motion in enumerate(swinging.samples(begin, interval, experiment.samples, substeps)):
-        displacement = swinging.nodal(motion.u)
-        markers, tip = carrier.read(displacement)
-        sensed.markers.append(markers)
-        sensed.tip.append(tip)
-        sensed.kinetic.append(swinging.kinetic_energy(motion))
-        sensed.strain.append(swinging.strain_energy(motion))
-        if number in shown:
-            sensed.states.append((number * interval, displacement))
+    return interval, ceil(interval / model.time_step - 1e-9)
+
+
+def _swing(
+    part: Deformable, hung: Array, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+) -> dict[str, Any]:
+    """Motion from rest at ``hung`` (nodes, 3), m; returns what the integrator did."""
+    swinging = Dynamics(part, {"tip": specimen.tip_mass}, None, model.linear_solver, _DYNAMIC_TOLERANCE)
+    interval, substeps = _steps(experiment, model)
+    start = hung.reshape(-1)[swinging.free]
+    begin = swinging.start(start, np.zeros_like(start))
+    for motion in swinging.samples(begin, interval, experiment.samples, substeps):
+        moved = swinging.nodal(motion.u)
+        sensed.read(experiment, moved, swinging.kinetic_energy(motion), swinging.strain_energy(motion))
+    return swinging.summary()
+
+
+def _swing_shell(
+    part: Shell, hung: Array, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+) -> dict[str, Any]:
+    """The same by compiled steps."""
+    from fea.shell_motion import ShellMotion
+
+    swinging = ShellMotion(part, {"tip": specimen.tip_mass}, tolerance=_DYNAMIC_TOLERANCE)
+    interval, substeps = _steps(experiment, model)
+    path = swinging.run(interval, experiment.samples, substeps, u=hung)
+    for moved, kinetic, strain in zip(path.displacement, path.kinetic, path.strain, strict=True):
+        sensed.read(experiment, moved, float(kinetic), float(strain))
+    if path.stopped:
+        raise StoppedError(path.stopped, float(path.times[-1]))
+    return {
+        "method": "generalised-alpha", "rho_inf": Blend().rho, "tolerance": _DYNAMIC_TOLERANCE,
+        "steps": substeps * (experiment.samples - 1),
+    }  # fmt: skip
 
 
 def _channels(experiment: RingDown, model: FeaModel, sensed: _Sensed, history: dict[str, Any]) -> dict[str, Channel]:

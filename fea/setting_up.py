@@ -1,46 +1,65 @@
 """What every experiment does before and after its solution."""
 
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from skfem import MeshHex2
+from skfem import MeshHex2, MeshQuad2
 
 from fea.body import Body
 from fea.linear import LinearSolver, make_solver
 from fea.model import FeaModel
+from fea.parts import Deformable
+from fea.shell import Shell
 from lab.experiments import Experiment
 from lab.materials import Material
 from lab.specimens import Specimen
+from meshes.making import Element, thickness_directions
+
+#: Meshes of specimens: the body, or its middle surface.
+Mesh: TypeAlias = MeshHex2 | MeshQuad2
 
 
 @cache
-def warm_up(solver: str) -> None:
+def warm_up(solver: str, element: Element = "solid") -> None:
     """Compile or load the kernels and the linear solver on one element, so that clocks see only work."""
-    body = Body(MeshHex2(), Material())
-    at_rest = np.zeros((body.nodes, 3))
-    _, data = body.tangent(at_rest)
-    body.internal_force(at_rest, 1.0, body.strains(at_rest))
-    body.strain_energy(at_rest)
-    pattern, taken = body.pattern.restrict(np.arange(24, 3 * body.nodes))
+    part = Body(MeshHex2(), Material()) if element == "solid" else Shell(MeshQuad2(), 0.1, Material())
+    at_rest = np.zeros((part.nodes, 3))
+    _, data = part.tangent(at_rest)
+    part.internal_force(at_rest, 1.0, part.strains(at_rest))
+    part.strain_energy(at_rest)
+    pattern, taken = part.pattern.restrict(np.arange(3 * part.nodes * 8 // 9, 3 * part.nodes))
     linear = make_solver(solver, pattern)
     linear.factorise(data[taken])
     linear.solve(np.zeros(pattern.size))
 
 
-def make_body(specimen: Specimen, model: FeaModel, mesh: MeshHex2) -> Body:
-    """Solid of the specimen with the performer's material and the density that gives its mass."""
+def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
+    """The specimen in elements, with the performer's material and the density that gives its mass.
+
+    Raises
+    ------
+    ValueError
+        When the mesh is not of the model's element.
+    """
     applied = model.applied_to(specimen)
+    if isinstance(mesh, MeshQuad2) != (model.element == "shell"):
+        raise ValueError(f"a {type(mesh).__name__} is no mesh for the element {model.element!r} of the model")
+    if isinstance(mesh, MeshQuad2):
+        directors = thickness_directions(specimen, mesh.doflocs.T)
+        return Shell(mesh, specimen.thickness, applied.material, applied.effective_density, directors)
     return Body(mesh, applied.material, applied.effective_density)
 
 
-def how(body: Body, model: FeaModel, solver: LinearSolver, seconds: float, history: dict[str, Any]) -> dict[str, Any]:
+def how(
+    part: Deformable, model: FeaModel, solver: LinearSolver, seconds: float, history: dict[str, Any]
+) -> dict[str, Any]:
     """The record's ``how``: plain JSON data."""
     return {
-        "mesh": {"elements": len(body.cells), "nodes": body.nodes, "element": "27-node hexahedron, 27 points"},
-        "unknowns": 3 * body.nodes,
-        "material": body.material.model_dump(),
-        "density": body.density,
+        "mesh": {"elements": len(part.cells), "nodes": part.nodes, "element": part.kind},
+        "unknowns": 3 * part.nodes,
+        "material": part.material.model_dump(),
+        "density": part.density,
         "linear_solver": solver.name,
         "tolerance": model.tolerance,
         "history": history,

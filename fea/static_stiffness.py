@@ -5,13 +5,12 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshHex2
 
 from fea.held_tip import HeldTip
 from fea.model import FeaModel
 from fea.newton import Branch, DivergedError, History, Options, follow
 from fea.pictures import fields
-from fea.setting_up import how, make_body, said, warm_up
+from fea.setting_up import Mesh, how, make_part, said, warm_up
 from lab.experiments import StaticStiffness
 from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
@@ -52,18 +51,18 @@ class _Sensed:
         )  # fmt: skip
 
 
-def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, mesh: MeshHex2) -> Record:
+def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, mesh: Mesh) -> Record:
     """Move the tip along every leg and sense the wrench; see ``fea.perform``."""
-    warm_up(model.linear_solver)
+    warm_up(model.linear_solver, model.element)
     began = perf_counter()
-    body = make_body(specimen, model, mesh)
+    part = make_part(specimen, model, mesh)
     springs = np.full(6, np.inf)
     if experiment.rig_stiffness is not None:
         springs[:3] = experiment.rig_stiffness
-    held = HeldTip(body, springs, model.linear_solver)
+    held = HeldTip(part, springs, model.linear_solver)
     stiffness = held.tangent_stiffness(held.rest, 0.0)
     history, sensed, reason = History(), _Sensed(), ""
-    sensed.states.append((-1.0, np.zeros((body.nodes, 3))))
+    sensed.states.append((-1.0, np.zeros((part.nodes, 3))))
     for leg, (dof, end) in enumerate(experiment.legs()):
         held.travel = np.eye(6)[dof] * end
         reason = _leg(leg, held, experiment, model, history, sensed)
@@ -75,10 +74,10 @@ def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, me
     return Record(
         **said(specimen, experiment, model),
         channels=sensed.channels() | channels(tangent),
-        how=how(body, model, held.solver, seconds, history.summary()),
+        how=how(part, model, held.solver, seconds, history.summary()),
         status="diverged" if reason else "completed",
         reason=reason,
-        fields=fields(body, *map(list, zip(*sensed.states, strict=True))),
+        fields=fields(part, *map(list, zip(*sensed.states, strict=True))),
     )
 
 

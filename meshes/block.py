@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from lab.specimens import TwistedBeam
 from meshes.making import twisted
 from meshes.options import MeshOptions
+from meshes.structured import surface_mesh
 
 if TYPE_CHECKING:
-    from skfem import MeshHex2
+    from skfem import MeshHex2, MeshQuad2
 
 
 def block_mesh(lengths: tuple[float, float, float], options: MeshOptions) -> "MeshHex2":
@@ -44,3 +45,12 @@ def beam_mesh(specimen: TwistedBeam, options: MeshOptions) -> "MeshHex2":
     """The mesh of ``make_mesh`` and ``read_mesh``, up to the numbering."""
     straight = block_mesh((1.0, 1.0, 1.0), options)
     return moved(straight, twisted(straight.doflocs.T, specimen, options))
+
+
+def beam_surface(specimen: TwistedBeam, options: MeshOptions) -> "MeshQuad2":
+    """The middle surface of the beam, with the edges root, tip and sides; its normal is +z where the width is +y."""
+
+    def place(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+        return twisted(np.column_stack([a, b, np.full_like(a, 0.5)]), specimen, options)
+
+    return surface_mesh((options.along, options.across), place, ("root", "tip", "sides", "sides"))

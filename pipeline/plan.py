@@ -173,8 +173,14 @@ class Plan:
         if not isinstance(sample.model, FeaPerformer):
             raise TypeError(f"{sample.id} needs no mesh")
         geometry, options = sample.specimen.geometry(), sample.model.mesh_for(sample.experiment)
-        params = {"specimen": {"kind": sample.specimen.kind, **geometry}, "mesh": options.model_dump()}
-        id = f"{sample.specimen_name}_{options.along}x{options.across}x{options.through}_{digest(params)[:8]}"
+        element = sample.model.element
+        counts = [options.along, options.across, *([options.through] if element == "solid" else [])]
+        params = {
+            "specimen": {"kind": sample.specimen.kind, **geometry},
+            "element": element,
+            "mesh": options.model_dump(exclude=set() if element == "solid" else {"through"}),
+        }
+        id = f"{sample.specimen_name}_{element}_{'x'.join(map(str, counts))}_{digest(params)[:8]}"
         return Job("mesh", id, (), str(self.folder / "meshes" / f"{id}.msh"), self._sourced("mesh", params))
 
     def _sample_job(self, sample: Sample) -> Job:

@@ -12,5 +12,6 @@ def mesh(plan: Plan, job_id: str, output: Path) -> str:
     """Make the mesh ``job_id`` and return a line about it."""
     params = plan.jobs_of("mesh")[job_id].params
     output.parent.mkdir(parents=True, exist_ok=True)
-    quality = make_mesh(Specimen.model_validate(params["specimen"]), MeshOptions(**params["mesh"]), output)
+    specimen, options = Specimen.model_validate(params["specimen"]), MeshOptions(**params["mesh"])
+    quality = make_mesh(specimen, options, output, params["element"])
     return f"{job_id}: {quality}"

@@ -11,7 +11,7 @@ from fea.held_tip import HeldTip
 from lab.experiments import StaticStiffness
 from lab.materials import Material
 from lab.specimens import TwistedBeam
-from meshes.block import beam_mesh
+from meshes.block import beam_mesh, beam_surface
 from meshes.options import MeshOptions
 
 COARSE = MeshOptions(along=5, across=2, through=1)
@@ -130,3 +130,57 @@ def test_neo_hookean_differs_little(record):
     other = run(TwistedBeam(twist=np.pi / 4), model=FeaModel.model_validate({"material": {"law": "neo-hookean"}}))
     assert other.completed
     assert matrix(other)["k_yy"].value == pytest.approx(matrix(record)["k_yy"].value, rel=0.05)
+
+
+def shell(**settings):
+    return FeaModel.model_validate({"element": "shell", **settings})
+
+
+def test_shell_record():
+    specimen, options = TwistedBeam(twist=np.pi / 4), MeshOptions(along=6, across=2)
+    mesh = beam_surface(specimen, options)
+    record = perform(specimen, EXPERIMENT, shell(), mesh)
+    assert record.completed
+    assert record.how["mesh"] == {"elements": 12, "nodes": 2 * 13 * 5, "element": "18-node solid shell"}
+    json.dumps(record.how)
+    assert record["energy"].min() > 0
+    fields = record.fields
+    assert fields.cells.shape == (12, 27)
+    assert fields.point_data["displacement"].values.shape == (7, len(fields.points), 3)
+    tip = np.abs(fields.points[:, 0] - 0.05) < 1e-9
+    assert tip.sum() == 3 * 5
+    at_tip = fields.point_data["displacement"].values[1][tip]
+    np.testing.assert_allclose(at_tip, [[0, 0.005, 0]] * 15, atol=1e-15)
+    # The outer nodes lie where those of the solid do.
+    solid = beam_mesh(specimen, options.model_copy(update={"through": 1})).doflocs.T
+    for point in fields.points[::7]:
+        assert np.abs(solid - point).max(axis=1).min() < 1e-12
+    tangent = record["tangent_stiffness"]
+    np.testing.assert_allclose(tangent, tangent.T, atol=1e-9 * np.abs(tangent).max())
+
+
+def test_shell_mirrored_twist_turns_the_coupling():
+    options = MeshOptions(along=6, across=2)
+    beams = [TwistedBeam(twist=sense * np.pi / 4) for sense in (1, -1)]
+    here, there = (matrix(perform(beam, EXPERIMENT, shell(), beam_surface(beam, options))) for beam in beams)
+    for name in ("k_yy", "k_zz"):
+        assert there[name].value == pytest.approx(here[name].value, rel=1e-6)
+    for name in ("k_yz", "k_zy"):
+        assert there[name].value == pytest.approx(-here[name].value, rel=1e-6)
+
+
+def test_mesh_must_suit_the_element():
+    with pytest.raises(ValueError, match="a MeshQuad2 is no mesh for the element 'solid'"):
+        perform(TwistedBeam(), EXPERIMENT, FeaModel(), beam_surface(TwistedBeam(), COARSE))
+    with pytest.raises(ValueError, match="a MeshHex2 is no mesh for the element 'shell'"):
+        perform(TwistedBeam(), EXPERIMENT, shell(), beam_mesh(TwistedBeam(), COARSE))
+
+
+def test_default_meshes_depend_on_the_element():
+    assert FeaModel().mesh == MeshOptions()
+    model = shell(mesh={"along": 5})
+    assert model.mesh.along == 5
+    assert model.mesh.across == shell().mesh.across
+    assert model.motion_mesh == shell().motion_mesh != FeaModel().motion_mesh
+    assert FeaModel.model_validate(model.model_dump()) == model
+    assert model.model_fields_set == {"element", "mesh"}

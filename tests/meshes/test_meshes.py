@@ -10,7 +10,8 @@ from skfem import Basis, ElementHex2, FacetBasis
 
 from lab.specimens import TwistedBeam
 from meshes import MeshOptions, make_mesh, quality_path, read_mesh
-from meshes.block import beam_mesh
+from meshes.block import beam_mesh, beam_surface
+from meshes.gathering import element_places
 from meshes.making import graded
 from meshes.node_order import VTK_CELL_TYPE, skfem_to_vtk, vtk_reference, vtk_to_skfem
 
@@ -70,13 +71,26 @@ def test_file_sidecar_and_no_leftovers(tmp_path):
     assert path.read_bytes() == first
 
 
-def test_wrong_file_is_refused(tmp_path):
-    import meshio
-
-    points, cells = np.eye(4)[:, 1:], [("tetra", np.array([[0, 1, 2, 3]]))]
-    meshio.write(tmp_path / "t.msh", meshio.Mesh(points, cells), file_format="gmsh")
-    with pytest.raises(ValueError, match="no 27-node hexahedra"):
-        read_mesh(tmp_path / "t.msh")
+def test_middle_surface(tmp_path):
+    specimen, options = TwistedBeam(root_angle=0.3), MeshOptions(along=10, across=3)
+    figures = make_mesh(specimen, options, tmp_path / "beam.msh", "shell")
+    mesh, in_memory = read_mesh(tmp_path / "beam.msh"), beam_surface(specimen, options)
+    assert figures["elements"] == mesh.t.shape[1] == 30
+    assert figures["nodes"] == mesh.doflocs.shape[1] == 21 * 7
+    assert abs(figures["area_deviation"]) < 1e-4
+    assert figures["min_sicn"] > 0.01
+    for found in (mesh, in_memory):
+        turned = np.exp(-1j * specimen.section_angle(found.doflocs[0])) * (found.doflocs[1] + 1j * found.doflocs[2])
+        np.testing.assert_allclose(turned.imag, 0.0, atol=1e-14)
+        np.testing.assert_allclose(np.ptp(turned.real), specimen.width)
+        assert {name: len(edges) for name, edges in found.boundaries.items()} == {"root": 3, "tip": 3, "sides": 20}
+        np.testing.assert_allclose(found.p[0, found.facets[:, found.boundaries["tip"]]], specimen.length)
+        frame = element_places(found)
+        normal = np.cross(frame[:, 1] - frame[:, 0], frame[:, 3] - frame[:, 0])
+        angle = specimen.section_angle(frame[:, 8, 0])
+        assert (normal[:, 2] * np.cos(angle) - normal[:, 1] * np.sin(angle) > 0).all()
+    for found in in_memory.doflocs.T[::7]:
+        assert np.abs(mesh.doflocs.T - found).max(axis=1).min() < 1e-12
 
 
 def test_vtk_order_is_vtks_own():

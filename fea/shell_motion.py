@@ -1,0 +1,216 @@
+"""Implicit motion of a clamped shell, every time step compiled: the fast counterpart of ``fea.dynamics``.
+
+Displacements are relative to the clamp.  A moving clamp acts by its acceleration on the mass, -M a_base.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from fea import banded, shell_geometry
+from fea import shell_stepping as stepping
+from fea.dynamics import Blend
+from fea.held_tip import axes_of
+from fea.linear import make_solver
+from fea.shell import Shell
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+#: Accelerations (m, 3), m/s^2, at times (m,), s.
+Acceleration = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class SmoothShake:
+    """Clamp moved as amplitude * r(t) sin(2 pi f t); r rises from 0 to 1 within ``rise`` with a smooth acceleration.
+
+    Parameters
+    ----------
+    amplitude
+        Along x, y, z; m.
+    frequency
+        Hz.
+    rise
+        s; 0 starts at full speed.
+    """
+
+    amplitude: tuple[float, float, float]
+    frequency: float
+    rise: float = 0.1
+
+    def _share(self, times: Array) -> tuple[Array, Array, Array]:
+        """r and its first two derivatives (m,): the quintic between two rests."""
+        if self.rise <= 0.0:
+            return np.ones_like(times), np.zeros_like(times), np.zeros_like(times)
+        x = np.clip(times / self.rise, 0.0, 1.0)
+        share = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+        return share, 30.0 * (x * (1 - x)) ** 2 / self.rise, 60.0 * x * (1 - x) * (1 - 2 * x) / self.rise**2
+
+    def displacement(self, times: Array) -> Array:
+        """Of the clamp (m, 3), m."""
+        share, _, _ = self._share(times)
+        return np.outer(share * np.sin(2 * np.pi * self.frequency * times), self.amplitude)
+
+    def acceleration(self, times: Array) -> Array:
+        """Of the clamp (m, 3), m/s^2."""
+        w = 2 * np.pi * self.frequency
+        r0, r1, r2 = self._share(times)
+        sine, cosine = np.sin(w * times), np.cos(w * times)
+        return np.outer((r2 - w**2 * r0) * sine + 2 * w * r1 * cosine, self.amplitude)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Samples of a motion.
+
+    Parameters
+    ----------
+    times
+        (samples,), s; fewer than asked for where ``stopped`` says why.
+    displacement
+        Of the kept nodes, relative to the clamp (samples, kept, 3), m.
+    kinetic, strain, work
+        Energies of the relative motion, and the work of loads and inertia forces since the start (samples,), J.
+    stopped
+        Empty, or why the motion ended early.
+    """
+
+    times: Array
+    displacement: Array
+    kinetic: Array
+    strain: Array
+    work: Array
+    stopped: str = ""
+
+
+class ShellMotion:
+    """Motion of a shell whose edge ``clamped`` is held, with what ``fea.dynamics.Dynamics`` offers and the same scheme.
+
+    Parameters
+    ----------
+    shell
+        Its material gives both kinds of damping; mass-proportional damping acts on the velocity relative to the clamp.
+    on_boundary
+        Masses, kg, spread over the faces of named edges.
+    load
+        Constant nodal forces (nodes, 3), N.
+    clamped
+        Name of the edge that is held.
+    tolerance, rho
+        Residual relative to the largest reaction so far; spectral radius at infinite frequency.
+    shelf
+        Tangents that are kept.
+    """
+
+    def __init__(
+        self, shell: Shell, on_boundary: dict[str, float] | None = None, load: Array | None = None,
+        clamped: str = "root", tolerance: float = 1e-5, rho: float = 0.9, shelf: int = 24,
+    ) -> None:  # fmt: skip
+        self.shell, self._shelf = shell, shelf
+        blend, material = Blend(rho), shell.material
+        self.scheme = stepping.Scheme(
+            blend.alpha_m, blend.alpha_f, blend.beta, blend.gamma, material.viscous_time, material.mass_damping,
+            tolerance,
+        )  # fmt: skip
+        held = shell.boundary(clamped)
+        self.free = np.setdiff1d(np.arange(3 * shell.nodes), axes_of(held))
+        self._pattern, taken = shell.pattern.restrict(self.free)
+        data = shell.mass(on_boundary)
+        self._mass_data = data[taken]
+        self.mass = self._pattern.full(self._mass_data)
+        self.system, self._width = _system(shell, held, data, load)
+        self._floor = 1e-12 * material.youngs_modulus * float(shell.shares(clamped).sum())
+        self.work = stepping.work(self.system, self._width, shelf)
+
+    def run(
+        self, interval: float, count: int, substeps: int = 1, base: Acceleration | None = None,
+        u: Array | None = None, v: Array | None = None, kept: Ints | None = None,
+    ) -> Trajectory:  # fmt: skip
+        """The motion at 0, interval, ... (``count`` samples), each interval in ``substeps`` equal steps.
+
+        Parameters
+        ----------
+        interval
+            s.
+        count, substeps
+            Samples, and steps between them.
+        base
+            Acceleration of the clamp.
+        u, v
+            Displacement and velocity relative to the clamp at the start (nodes, 3), m and m/s; None: at rest.
+        kept
+            Nodes whose displacement is wanted; None: all.
+        """
+        step = interval / substeps
+        instants = np.arange(stepping.INSTANTS * substeps * (count - 1) + 1) * (step / stepping.INSTANTS)
+        pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=float)
+        nodes = np.arange(self.shell.nodes) if kept is None else np.asarray(kept)
+        displacement, energies = np.empty((count, 3 * len(nodes))), np.empty((count, 3))
+        self.work = stepping.work(self.system, self._width, self._shelf)
+        state = self._begin(step, pushed[0], u, v)
+        done = stepping.run(
+            self.system, self.scheme, state, step, substeps, pushed, axes_of(nodes), self.work, displacement, energies
+        )
+        times = np.arange(count) * interval
+        stopped = "" if done == count else f"no equilibrium of forces after {times[done - 1]:.6g} s in halved steps"
+        return Trajectory(
+            times[:done], displacement[:done].reshape(done, -1, 3), *energies[:done].T.copy(), stopped=stopped
+        )
+
+    def _begin(self, step: float, pushed: Array, u: Array | None, v: Array | None) -> stepping.State:
+        shell, system = self.shell, self.system
+        nodal = [np.zeros((shell.nodes, 3)) if x is None else np.asarray(x, dtype=float) for x in (u, v)]
+        start, speed = (x.reshape(-1)[system.unknowns] for x in nodal)
+        rest = [np.zeros(len(start)) for _ in range(2)]
+        strains = [np.zeros((len(shell.cells), 53)) for _ in range(2)]
+        momentum = float(np.linalg.norm(_mass(system) @ speed.reshape(-1, 3)))
+        state = stepping.State(start, speed, *rest, *strains, np.array([np.inf, max(self._floor, momentum / step), 0]))
+        # E is quadratic in u, so this difference is the exact strain rate, whatever its 1 ms.
+        ahead, behind = (shell.strains(nodal[0] + sense * nodal[1]) for sense in (1e-3, -1e-3))
+        stepping.begin(system, state, self.scheme.viscous_time * (ahead - behind) / 2e-3, self.work)
+        push = np.zeros((shell.nodes, 3))
+        push.reshape(-1)[system.unknowns] = system.load - state.force - system.carried @ pushed
+        solver = make_solver("auto", self._pattern)
+        solver.factorise(self._mass_data)
+        a = np.zeros(3 * shell.nodes)
+        a[self.free] = solver.solve(push.reshape(-1)[self.free])
+        state.a[:] = a[system.unknowns] - self.scheme.mass_damping * speed
+        return state
+
+
+def _system(shell: Shell, held: Ints, data: Array, load: Array | None) -> tuple[stepping.System, int]:
+    """What ``fea.shell_stepping`` needs, and the width of the band; ``data`` is the mass on the shell's pattern."""
+    mass = shell.pattern.full(data).tocsr()[::3, ::3]
+    nodes = np.setdiff1d(np.arange(shell.nodes), held)
+    between = csr_array(mass[nodes][:, nodes])
+    nodes = nodes[reverse_cuthill_mckee(between, symmetric_mode=True)]
+    between = csr_array(mass[nodes][:, nodes])
+    between.sort_indices()
+    unknowns = (3 * nodes[:, None] + np.arange(3)).ravel()
+    number = np.full(3 * shell.nodes, -1)
+    number[unknowns] = np.arange(len(unknowns))
+    rows, columns = number[shell.pattern.rows], number[shell.pattern.indices]
+    taken = np.flatnonzero((rows >= 0) & (columns >= 0))
+    high, low = np.maximum(rows, columns)[taken], np.minimum(rows, columns)[taken]
+    first, width = banded.envelope(high, low, len(unknowns))
+    carried = np.zeros((len(unknowns), 3))
+    for axis in range(3):
+        carried[axis::3, axis] = np.asarray(mass[nodes].sum(axis=1)).ravel()
+    system = stepping.System(
+        *shell._law, shell._elements, shell_geometry.tables(), shell._assembly[1],
+        taken, high * (width + 1) + width - (high - low), data[taken], unknowns, axes_of(held),
+        between.indptr.astype(np.int64), between.indices.astype(np.int64), between.data, carried,
+        np.zeros(len(unknowns)) if load is None else np.asarray(load, dtype=float).reshape(-1)[unknowns], first,
+    )  # fmt: skip
+    return system, width
+
+
+def _mass(system: stepping.System) -> csr_array:
+    """Mass between the nodes that move."""
+    nodes = len(system.mass_rows) - 1
+    return csr_array((system.mass, system.mass_columns, system.mass_rows), shape=(nodes, nodes))
