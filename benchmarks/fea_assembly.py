@@ -1,21 +1,28 @@
-"""Tangent assembly of 27-node hexahedra: our compiled kernel against scikit-fem's generic form, same mesh, same run."""
+"""Assembly of tangents: our compiled kernels against scikit-fem's generic form and FElupe, same hexahedra.
 
-from time import perf_counter
+FElupe lives in an environment of its own, apart from the locked one.
+"""
+
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from skfem import Basis, BilinearForm, ElementHex2, ElementVector
 from skfem.helpers import ddot, eye, grad, mul, trace, transpose
 
+from benchmarks._measure import ROOT, against, best_of, in_process, processor_time, row
 from fea.body import Body
-from fea.setting_up import warm_up
-from lab.specimens import TwistedBeam
-from meshes.block import beam_mesh
-from meshes.options import MeshOptions
+from tests.verification.devices import PinchedTube
+
+FELUPE = ROOT / ".tools" / "felupe" / "bin" / "python"
+INSTALL = "python3 -m venv .tools/felupe && .tools/felupe/bin/pip install felupe==11.3.0"
 
 
 def generic(body: Body, displacement: np.ndarray) -> None:
-    material = body.material
-    mu, lam = material.shear_modulus, material.lame_lambda
+    """The same tangent by scikit-fem's form language."""
+    mu, lam = body.material.shear_modulus, body.material.lame_lambda
     basis = Basis(body.mesh, ElementVector(ElementHex2()), intorder=5)
     vector = np.empty(basis.N)
     unknowns = (3 * body.cells[:, :, None] + np.arange(3)).reshape(len(body.cells), -1).T
@@ -30,34 +37,53 @@ def generic(body: Body, displacement: np.ndarray) -> None:
         de = 0.5 * (mul(transpose(f), grad(u)) + mul(transpose(grad(u)), f))
         return ddot(mul(grad(u), s) + mul(f, lam * eye(trace(de), 3) + 2 * mu * de), grad(v))
 
-    tangent.assemble(basis, u=basis.interpolate(vector))
+    return tangent.assemble(basis, u=basis.interpolate(vector))
 
 
-def timed(work, *arguments, repeat: int) -> float:
-    times = []
-    for _ in range(repeat):
-        began = perf_counter()
-        work(*arguments)
-        times.append(perf_counter() - began)
-    return min(times)
+def felupe(body: Body, displacement: np.ndarray) -> dict[str, float] | None:
+    """Time and force of FElupe with the same nodes, displacements and material; None where it is missing."""
+    if not FELUPE.exists():
+        return None
+    points, cells, _, _ = body.picture()
+    mu, lam = body.material.shear_modulus, body.material.lame_lambda
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "job.npz"
+        np.savez(file, points=points, cells=cells, displacement=displacement, mu=mu, lam=lam)
+        return in_process("_felupe", (file,), FELUPE)[0]
 
 
-def main() -> None:
-    began = perf_counter()
-    warm_up("auto")
-    print(f"kernels compiled or loaded in {perf_counter() - began:.2f} s")
-    specimen = TwistedBeam()
-    for options in (MeshOptions(along=12, across=4, through=1), MeshOptions()):
-        body = Body(beam_mesh(specimen, options), specimen.material)
-        displacement = 1e-4 * np.sin(np.arange(3.0 * body.nodes)).reshape(-1, 3)
-        body.tangent(displacement)
-        ours, theirs = timed(body.tangent, displacement, repeat=5), timed(generic, body, displacement, repeat=1)
-        force = timed(body.internal_force, displacement, repeat=5)
-        print(
-            f"{len(body.cells)} elements, {3 * body.nodes} unknowns: kernel {1e3 * ours:.1f} ms, scikit-fem form "
-            f"{1e3 * theirs:.0f} ms, ratio {theirs / ours:.0f}; force only {1e3 * force:.2f} ms"
-        )
+def waves(count: int) -> np.ndarray:
+    """Small displacements (count, 3), m, without any pattern."""
+    return 1e-5 * np.sin(np.arange(3.0 * count)).reshape(-1, 3)
 
 
-if __name__ == "__main__":
-    main()
+def rows() -> list[dict[str, Any]]:
+    return hexahedra(12, 20) + shell(62, 60)
+
+
+def hexahedra(around: int, along: int) -> list[dict[str, Any]]:
+    body = PinchedTube().case("hexahedra", around, along, 1e-3).parts[0]
+    moved = waves(body.nodes)
+    force, _ = body.tangent(moved)
+    peer = felupe(body, moved)
+    if peer is not None and abs(peer["force"] - np.linalg.norm(force)) > 1e-6 * peer["force"]:
+        raise RuntimeError("FElupe was given another problem: its forces differ from ours")
+    ours, generically = best_of(partial(body.tangent, moved), 10), best_of(partial(generic, body, moved), 1)
+    what = f"tangent and force, {len(body.cells)} hexahedra"
+    return [
+        against(what, ours, "scikit-fem form", generically, ">= 100"),
+        against(what, ours, "FElupe", peer and peer["seconds"], ">= 30", INSTALL),
+        row(f"force alone, {len(body.cells)} hexahedra", best_of(partial(body.internal_force, moved), 10), "s"),
+    ]
+
+
+def shell(around: int, along: int) -> list[dict[str, Any]]:
+    part = PinchedTube().case("shell", around, along, 1e-3).parts[0]
+    moved = waves(part.nodes)
+    part.tangent(moved)
+    part.internal_force(moved)
+    what = f"solid shell, {part.nodes} nodes, processor time"
+    return [
+        row(f"tangent and force, {what}", processor_time(partial(part.tangent, moved)), "s", "< 0.2"),
+        row(f"force alone, {what}", processor_time(partial(part.internal_force, moved), 10), "s", "< 0.03"),
+    ]

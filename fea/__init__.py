@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from fea.statics import trace as trace
     from fea.vibration import linear_buckling as linear_buckling
     from fea.vibration import vibrations as vibrations
+    from fea.writing import record as record
 
 #: Experiment kind to the module that performs it.
 PERFORMERS = {"StaticStiffness": "fea.static_stiffness", "RingDown": "fea.ring_down"}
@@ -38,6 +39,7 @@ _PUBLIC = {
     "static": "fea.statics", "trace": "fea.statics", "Steer": "fea.statics", "Options": "fea.newton",
     "transient": "fea.motion", "Run": "fea.run",
     "vibrations": "fea.vibration", "linear_buckling": "fea.vibration",
+    "record": "fea.writing",
 }  # fmt: skip
 
 __all__ = ["PERFORMERS", "FeaModel", "perform", *_PUBLIC]  # noqa: PLE0604

@@ -210,7 +210,7 @@ class Body:
         starts = self._scatter.starts[elements[:, None, None], local[:, :, None], local[:, None, :]]
         self._add_mass(data, shapes.values, mass / areas.sum() * areas, starts, surface.facets)
 
-    def _add_mass(self, data: Array, values: Array, masses: Array, starts: Cells, cells: Cells) -> None:
+    def _add_mass(self, data: Array, values: Array, masses: Array, starts: NDArray[np.int32], cells: Cells) -> None:
         """Add matrices of shape functions ``values`` (points, k) under ``masses`` (cells, points), kg."""
         k = values.shape[1]
         products = (values[:, :, None] * values[:, None, :]).reshape(len(values), k * k)

@@ -13,7 +13,7 @@ from fea.newton import NotConvergedError
 from fea.problem import Problem
 
 #: Turn of the path within one increment, rad, above which it may have been cut short; below this length it is a kink.
-LARGEST_TURN, KINK = 0.6, 1e-3
+LARGEST_TURN, KINK = 0.3, 1e-3
 
 Array = NDArray[np.float64]
 
@@ -58,9 +58,9 @@ class _Bordered:
         change = (right[-1] / self._weight - by_y @ inner) / (by_y @ self._by_load + by_t)
         return np.append(inner + change * self._by_load, change)
 
-    def prepare(self, state: Array, parameter: float) -> None:
+    def prepare(self, state: Array, parameter: float) -> bool:
         """See ``fea.newton.System``."""
-        self.problem.prepare(state[:-1], state[-1])
+        return self.problem.prepare(state[:-1], state[-1])
 
     def augment(self, state: Array, parameter: float) -> bool:
         """See ``fea.newton.System``."""
@@ -139,7 +139,7 @@ class ArcLength(_Bordered):
         by_load = problem.solve(-problem.rate(state, t, t + 1.0))
         #: Lengths that count as 1: of unknowns and of t.
         self.unit, self.load = (float(np.linalg.norm(by_load)) or 1.0) * abs(load), abs(load)
-        #: Angle, rad, by which the last increment turned away from where it set out to.
+        #: Angle, rad, of the last increment's chord with the path before it or behind it, whichever is larger.
         self.turn = 0.0
         start = np.append(state, t)
         self._tangent = _Tangent(start, 0.0, self._unit(np.append(by_load, 1.0) * np.sign(load)))
@@ -172,7 +172,8 @@ class ArcLength(_Bordered):
         """See ``fea.newton.System``; an increment that turns too far is refused: a loop may lie in between."""
         if super().augment(state, parameter):
             return True
-        cosine = self._dot(self._unit(state - self._tangent.state), self._tangent.direction)
+        chord, onwards = self._unit(state - self._tangent.state), self._unit(np.append(self._by_load, 1.0))
+        cosine = min(self._dot(chord, self._tangent.direction), abs(self._dot(chord, onwards)))
         self.turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
         if self.turn > LARGEST_TURN and parameter - self._tangent.at > KINK:
             raise NotConvergedError(f"the path turns by {np.rad2deg(self.turn):.0f} degrees within one increment")

@@ -65,14 +65,17 @@ class Solid(NamedTuple):
 
 
 @njit(cache=True, fastmath=_SUMS)
-def _gradient(nodal: Array, shape_gradients: Array, result: Array) -> None:
-    """Gradient (3, 3) of a field with values ``nodal`` (3, k)."""
-    for i in range(3):
+def _gradients(nodal: Array, shape_gradients: Array, result: Array) -> None:
+    """Gradients (points, 3, 3) of a field with values ``nodal`` (3, k)."""
+    for q in range(len(result)):
         for j in range(3):
-            total = 0.0
+            x, y, z = 0.0, 0.0, 0.0
             for a in range(nodal.shape[1]):
-                total += nodal[i, a] * shape_gradients[j, a]
-            result[i, j] = total
+                slope = shape_gradients[q, j, a]
+                x += nodal[0, a] * slope
+                y += nodal[1, a] * slope
+                z += nodal[2, a] * slope
+            result[q, 0, j], result[q, 1, j], result[q, 2, j] = x, y, z
 
 
 @njit(cache=True)
@@ -131,8 +134,8 @@ def _deform(
 ) -> None:  # fmt: skip
     """Displacement gradients, strains and stresses at the points; NaN where the element is turned inside out."""
     points = len(h)
+    _gradients(nodal, solid.gradients[e], h)
     for q in range(points):
-        _gradient(nodal, solid.gradients[e, q], h[q])
         green_lagrange(h[q], strain[q])
     split = solid.modes.shape[1] > 0
     if split:
@@ -150,16 +153,21 @@ def _deform(
 
 
 @njit(cache=True, fastmath=_SUMS)
-def _add_force(h: Array, stress: Array, weight: float, shape_gradients: Array, force: Array) -> None:
-    """Add weight * F S . gradient of every node to ``force`` (3, k)."""
-    for k in range(3):
-        for j in range(3):
-            p = stress[_VOIGT[k][j]]
-            for i in range(3):
-                p += h[k, i] * stress[_VOIGT[i][j]]
-            p *= weight
+def _add_forces(h: Array, stress: Array, weights: Array, shape_gradients: Array, force: Array) -> None:
+    """Add the sum over the points of weight * F S . gradient of every node to ``force`` (3, k)."""
+    p = np.empty(3)
+    for q in range(len(weights)):
+        for i in range(3):
+            for j in range(3):
+                total = stress[q, _VOIGT[i][j]]
+                for k in range(3):
+                    total += h[q, i, k] * stress[q, _VOIGT[k][j]]
+                p[j] = weights[q] * total
+            x, y, z = p[0], p[1], p[2]
             for a in range(force.shape[1]):
-                force[k, a] += p * shape_gradients[j, a]
+                force[i, a] += (
+                    x * shape_gradients[q, 0, a] + y * shape_gradients[q, 1, a] + z * shape_gradients[q, 2, a]
+                )
 
 
 @njit(cache=True)
@@ -173,8 +181,7 @@ def _forces(
     for e in range(first, last):
         _gather(displacement, solid.cells[e], u)
         _deform(u, solid, e, law, parameters, viscosity, past, h, strain, stress, pressure, slope, local)
-        for q in range(points):
-            _add_force(h[q], stress[q], solid.weights[e, q], solid.gradients[e, q], forces[e])
+        _add_forces(h, stress, solid.weights[e], solid.gradients[e], forces[e])
 
 
 @njit(cache=True, parallel=True)
@@ -236,10 +243,10 @@ def _drop_second_order(
     mu, lam = (1.0 + viscosity) * parameters[0], parameters[1] + viscosity * parameters[2]
     if split:
         lam = (1.0 + viscosity) * parameters[2]
-    turn, second, change, false = np.empty((3, 3)), np.empty(6), np.empty(6), np.empty(points)
+    turn, second, change, false = np.empty((points, 3, 3)), np.empty(6), np.empty(6), np.empty(points)
+    _gradients(last, solid.gradients[e], turn)
     for q in range(points):
-        _gradient(last, solid.gradients[e, q], turn)
-        _second_order(turn, second)
+        _second_order(turn[q], second)
         false[q] = second[0] + second[1] + second[2]
         hooke(mu, lam, second, change)
         stress[q] -= change
@@ -365,8 +372,7 @@ def _tangents(
     for e in elements:
         _gather(displacement, solid.cells[e], u)
         _deform(u, solid, e, law, parameters, viscosity, past, h, strain, stress, pressure, slope, local)
-        for q in range(points):
-            _add_force(h[q], stress[q], solid.weights[e, q], solid.gradients[e, q], forces[e])
+        _add_forces(h, stress, solid.weights[e], solid.gradients[e], forces[e])
         if len(step) > 0:
             _gather(step, solid.cells[e], u)
             _drop_second_order(u, solid, e, parameters, viscosity, strain, stress, pressure)
@@ -430,13 +436,14 @@ def strain_energy(solid: Solid, displacement: Array, law: int, parameters: Array
     """Strain energy of every element (elements,), J."""
     elements, points = solid.weights.shape
     result, split = np.zeros(elements), solid.modes.shape[1] > 0
-    u, h, strain, ratio = np.empty((3, solid.cells.shape[1])), np.empty((3, 3)), np.empty(6), np.empty(points)
+    u, h, strain = np.empty((3, solid.cells.shape[1])), np.empty((points, 3, 3)), np.empty(6)
+    ratio = np.empty(points)
     for e in range(elements):
         _gather(displacement, solid.cells[e], u)
+        _gradients(u, solid.gradients[e], h)
         for q in range(points):
-            _gradient(u, solid.gradients[e, q], h)
-            green_lagrange(h, strain)
-            ratio[q] = volume_ratio(h)
+            green_lagrange(h[q], strain)
+            ratio[q] = volume_ratio(h[q])
             if split:
                 density = isochoric_energy(parameters, strain)
                 density += solid.pointwise * volumetric_energy(parameters, ratio[q])
@@ -455,12 +462,12 @@ def strain_energy(solid: Solid, displacement: Array, law: int, parameters: Array
 def strains(solid: Solid, displacement: Array) -> Array:
     """Green-Lagrange strains (elements, points, 6), doubled shears."""
     result = np.empty((*solid.weights.shape, 6))
-    u, h = np.empty((3, solid.cells.shape[1])), np.empty((3, 3))
+    u, h = np.empty((3, solid.cells.shape[1])), np.empty((result.shape[1], 3, 3))
     for e in range(len(result)):
         _gather(displacement, solid.cells[e], u)
+        _gradients(u, solid.gradients[e], h)
         for q in range(result.shape[1]):
-            _gradient(u, solid.gradients[e, q], h)
-            green_lagrange(h, result[e, q])
+            green_lagrange(h[q], result[e, q])
     return result
 
 

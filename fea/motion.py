@@ -166,11 +166,15 @@ class Motion:
         return problem.reduction.reduce(self._part_mass, matrices, jacobian)
 
     def _static_force(self, y: Array, t: float) -> Array:
-        force = self.problem.out_of_balance(y, t)
-        if self.base is not None:
-            push = np.broadcast_to(np.asarray(self.base(t), dtype=float), force.shape)
-            force = force + (self.mass @ push.ravel()).reshape(-1, 3)
-        return force
+        return self.problem.internal(self.problem.displacement(y, t), t) - self.loads(t)
+
+    def loads(self, t: float) -> Array:
+        """Dead nodal forces (N, 3), N, with the inertia of an accelerated frame."""
+        external = self.problem.external(t)
+        if self.base is None:
+            return external
+        push = np.broadcast_to(np.asarray(self.base(t), dtype=float), external.shape)
+        return external - (self.mass @ push.ravel()).reshape(-1, 3)
 
     def step(self, begin: Instant, size: float, guess: Array, options: Options) -> Instant:
         """The instant ``size`` s later.
@@ -183,10 +187,9 @@ class Motion:
         self._begin, self._step = begin, size
         coefficients = [history.coefficients(size) for history in self._viscous]
         problem.viscous = Viscous([c[0] for c in coefficients], [c[1] for c in coefficients])
-        if self._factorised_for != size:
-            options = replace(options, keep_below=0.0)
         try:
-            problem.prepare(begin.y, begin.t)
+            if problem.prepare(begin.y, begin.t) or self._factorised_for != size:
+                options = replace(options, keep_below=0.0)
             y = settle(self, begin.y, guess, target, options, Increment(target))
         except (NotConvergedError, SingularMatrixError):
             problem.reject()
@@ -250,8 +253,9 @@ class Motion:
         """See ``fea.newton.System``; steps bring their own guess."""
         raise NotImplementedError
 
-    def prepare(self, state: Array, parameter: float) -> None:
+    def prepare(self, state: Array, parameter: float) -> bool:
         """See ``fea.newton.System``."""
+        return False
 
     def augment(self, state: Array, parameter: float) -> bool:
         """See ``fea.newton.System``."""
@@ -262,6 +266,11 @@ class Motion:
 
     def reject(self) -> None:
         """See ``fea.newton.System``."""
+
+    def balance(self, instant: Instant) -> Array:
+        """What supports must add at an instant (N, 3), N: inertia and drag with the static out-of-balance force."""
+        inertia = self.mass @ (instant.a.ravel() + self._drag_x * instant.v.ravel())
+        return inertia.reshape(-1, 3) + instant.force
 
     def kinetic_energy(self, instant: Instant) -> float:
         """v'Mv/2, J."""
@@ -303,7 +312,7 @@ def transient(
     motion = Motion(case, rho, base)
     run = Run(case, motion.problem)
     now = motion.start(motion.problem.rest if start is None else start.state(), velocity)
-    run.add(now.t, now.y, now.force, now.v, motion.kinetic_energy(now))
+    run.add(now.t, now.y, motion.balance(now), now.v, motion.kinetic_energy(now), motion.loads(now.t))
     steps, before = max(round(duration / step), 1), [now]
     counts = {"steps": 0, "cut_steps": 0}
     for number in range(1, steps + 1):
@@ -313,7 +322,7 @@ def transient(
             run.status, run.reason = "diverged", f"the motion stopped at {now.t:.6g} s of {duration:g} s: {error}"
             break
         if number % record_every == 0 or number == steps:
-            run.add(now.t, now.y, motion.forces(now.y, now.t), now.v, motion.kinetic_energy(now))
+            run.add(now.t, now.y, motion.balance(now), now.v, motion.kinetic_energy(now), motion.loads(now.t))
         run.reached = number / steps
     run.history, run.wall_time = counts, perf_counter() - began
     return run

@@ -48,8 +48,8 @@ class System(Protocol):
     def advance(self, state: Array, parameter: float, target: float) -> Array:
         """First-order change of the state towards the parameter ``target``; leaves a factorised tangent."""
 
-    def prepare(self, state: Array, parameter: float) -> None:
-        """Get ready for an increment that starts here."""
+    def prepare(self, state: Array, parameter: float) -> bool:
+        """Get ready for an increment that starts here; True when the last factorised tangent is lost by it."""
 
     def augment(self, state: Array, parameter: float) -> bool:
         """Improve multipliers at an equilibrium; True when it must be sought again."""
@@ -66,8 +66,9 @@ class Smooth:
 
     noise = 0.0
 
-    def prepare(self, state: Array, parameter: float) -> None:
+    def prepare(self, state: Array, parameter: float) -> bool:
         """Nothing to get ready."""
+        return False
 
     def augment(self, state: Array, parameter: float) -> bool:
         """No multipliers."""
@@ -103,7 +104,7 @@ class Options:
         A full step may enlarge the residual by this factor, or to the largest of the increment, before the
         line search sets in.
     target_tangents
-        Increments grow while they need no more tangents than this.
+        Increments grow while their first equilibrium needs no more tangents than this.
     min_increment
         Smallest increment as a fraction of the interval.
     """
@@ -121,11 +122,15 @@ class Options:
 
 @dataclass
 class Increment:
-    """One attempt: target parameter, relative residuals, tangents used, success."""
+    """One attempt: target parameter, relative residuals, tangents used, success.
+
+    ``effort`` are the tangents up to the first equilibrium, before multipliers changed.
+    """
 
     target: float
     residuals: list[float] = field(default_factory=list)
     tangents: int = 0
+    effort: int = 0
     converged: bool = False
 
 
@@ -280,7 +285,7 @@ def attempt(
     history.increments.append(log)
     loose = max(options.tolerance, options.tolerance if exact else options.loose_tolerance)
     try:
-        system.prepare(path.states[-1], here)
+        path.smooth &= not system.prepare(path.states[-1], here)
         guess = _guess(system, path, target, log)
         state = settle(system, path.states[-1], guess, target, replace(options, tolerance=loose), log)
     except (NotConvergedError, SingularMatrixError) as error:
@@ -292,13 +297,13 @@ def attempt(
             raise DivergedError(str(error), here, path.states[-1]) from None
         return False
     path.add(target, state)
-    path.smooth = log.tangents <= 2
+    path.smooth = log.effort <= 2
     rebased = system.accept(state, target)
     if rebased is not None:
         path.parameters, path.states = [target], [rebased]
-    if log.tangents <= options.target_tangents:
+    if log.effort <= options.target_tangents:
         path.increment *= 2 if target - here >= path.increment * (1 - 1e-9) else 1
-    elif log.tangents > 2 * options.target_tangents:
+    elif log.effort > 2 * options.target_tangents:
         path.increment /= 2
     return True
 
@@ -306,6 +311,7 @@ def attempt(
 def settle(system: System, before: Array, guess: Array, target: float, options: Options, log: Increment) -> Array:
     """Equilibrium at ``target`` with multipliers that need no further change."""
     state = equilibrate(system, before, guess, target, options, log)
+    log.effort = log.tangents
     for _ in range(options.max_augmentations):
         if not system.augment(state, target):
             return state

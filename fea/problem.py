@@ -68,6 +68,16 @@ class Part(Protocol):
     def strain_energy(self, displacement: Array) -> Array:
         """Of every element, J."""
 
+    @property
+    def volumes(self) -> Array:
+        """Of every element (elements,), m^3."""
+
+    def stresses(self, displacement: Array) -> Array:
+        """Cauchy stresses (elements, points, 6), Pa, Voigt order 11, 22, 33, 12, 13, 23."""
+
+    def picture(self) -> tuple[Array, NDArray[np.int64], int, Callable[[Array], Array]]:
+        """Points (m, 3), m, cells in VTK's order, VTK's cell type, and how nodal fields come to the points."""
+
 
 @dataclass(frozen=True)
 class Load:
@@ -292,12 +302,13 @@ class Problem:
         right, _ = self.linearise(y, t)
         return self.solve(-right - (target - t) * self.rate(y, t, target))
 
-    def prepare(self, y: Array, t: float) -> None:
-        """Let terms look where they are; called at the start of every increment."""
+    def prepare(self, y: Array, t: float) -> bool:
+        """Let terms look where they are; True when they couple other nodes, so that the tangent must be made anew."""
         x = self.displacement(y, t)
         changed = [term.prepare(x) for term in self.terms]
         if any(changed):
             self._reduce_anew()
+        return any(changed)
 
     def augment(self, y: Array, t: float) -> bool:
         """Whether a term has changed its multipliers, so that equilibrium must be found again."""
@@ -321,8 +332,9 @@ class Problem:
         """Strain energy of the parts and stored energy of terms and springs, J."""
         x = self.displacement(y, t)
         total = sum(float(p.strain_energy(x[place]).sum()) for p, place in zip(self.parts, self.places, strict=True))
-        total += sum(term.energy(x, t) for term in self.terms)
-        for spring in self.springs:
-            stretch = spring.rig(t) - self.links.pose(spring.part, y, t)
-            total += 0.5 * float(spring.stiffness @ stretch**2)
-        return total
+        return total + sum(term.energy(x, t) for term in self.terms) + self.spring_energy(y, t)
+
+    def spring_energy(self, y: Array, t: float) -> float:
+        """Energy in the springs of rigid parts, J."""
+        stretches = [(s.stiffness, s.rig(t) - self.links.pose(s.part, y, t)) for s in self.springs]
+        return float(sum(0.5 * stiffness @ stretch**2 for stiffness, stretch in stretches))

@@ -28,14 +28,11 @@ class Reduced(NamedTuple):
         Force (r, 3) for a unit acceleration of the base, without its sign.
     load
         Constant forces (r,).
-    reaction
-        Size of the full model's reactions for a unit force here, 1: both then stop at like residuals.
     """
 
     strains: Array
     push: Array
     load: Array
-    reaction: float
 
 
 class Scheme(NamedTuple):

@@ -1,12 +1,14 @@
 """``RingDown`` by finite elements."""
 
 from dataclasses import dataclass, field
+from functools import cache
 from math import ceil
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from skfem import MeshQuad2
 
 from fea.dead_load import DeadLoad
 from fea.dynamics import Blend, Dynamics, StoppedError
@@ -18,6 +20,7 @@ from fea.rigid_face import mean_rigid_motion
 from fea.setting_up import Mesh, how, make_part, said, warm_up
 from fea.shell import Shell
 from lab.experiments import RingDown
+from lab.materials import Material
 from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
 
@@ -71,6 +74,8 @@ class _Sensed:
 def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mesh) -> Record:
     """Hang the load, cut it, and follow the free motion; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
+    if model.element == "shell":
+        _warm_up_motion()
     began = perf_counter()
     part = make_part(specimen, model, mesh)
     share = part.shares("tip")
@@ -79,8 +84,11 @@ def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mes
     history: dict[str, Any] = {}
     try:
         hung = follow(hanging, Branch.start(hanging.rest, 0.1), 1.0, Options(tolerance=model.tolerance), static)
-        swing = _swing_shell if isinstance(part, Shell) else _swing
-        history["dynamic"] = swing(part, hanging.displacement(hung), specimen, experiment, model, sensed)
+        start = hanging.displacement(hung)
+        history["dynamic"] = (
+            _swing_shell(part, start, specimen, experiment, model, sensed) if isinstance(part, Shell)
+            else _swing(part, start, specimen, experiment, model, sensed)
+        )  # fmt: skip
     except DivergedError as error:
         sensed.states.append((0.0, hanging.displacement(error.state)))
         reason = f"the hanging load was reached to {100 * error.reached:.3g} % only: {error}"
@@ -96,6 +104,15 @@ def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mes
         reason=reason,
         fields=fields(part, *map(list, zip(*sensed.states, strict=True))),
     )
+
+
+@cache
+def _warm_up_motion() -> None:
+    """Compile or load the steps of shells on one element."""
+    from fea.shell_motion import ShellMotion
+
+    mesh = MeshQuad2().with_boundaries({"root": lambda x: x[0] < 0.1})
+    ShellMotion(Shell(mesh, 0.1, Material())).run(1e-4, 2)
 
 
 def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:

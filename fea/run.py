@@ -1,10 +1,11 @@
 """What a solution of a case leaves behind: increments in equilibrium, read by name."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fea.problem import Problem
 
@@ -12,6 +13,18 @@ if TYPE_CHECKING:
     from fea.case import Case, Where
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Instant:
+    """What the work between two increments needs."""
+
+    x: Array
+    forces: Array
+    loads: Array
+    wrenches: Array
+    turns: list[Array]
+    springs: float
 
 
 @dataclass(repr=False)
@@ -27,7 +40,7 @@ class Run:
 
     case: "Case"
     problem: Problem
-    status: str = "completed"
+    status: Literal["completed", "diverged"] = "completed"
     reason: str = ""
     reached: float = 0.0
     history: dict[str, Any] = field(default_factory=dict)
@@ -41,9 +54,14 @@ class Run:
     _reports: list[dict[str, float]] = field(default_factory=list)
     _velocities: list[Array] = field(default_factory=list)
     _kinetic: list[float] = field(default_factory=list)
+    _contact: list[dict[str, Array]] = field(default_factory=list)
+    _work: list[float] = field(default_factory=list)
+
+    _last: "_Instant | None" = None
 
     def __post_init__(self) -> None:
         links = self.problem.links
+        self._references = [int(part.nodes[0]) for part in links.rigid]
         self._held = np.union1d(links.prescribed, links.linked) // 3
         self._held = np.unique(self._held)
 
@@ -63,6 +81,15 @@ class Run:
         return np.array(self._energies)
 
     @property
+    def work(self) -> Array:
+        """Work of loads, moments, rigs and supports since the start (increments,), J, by the trapezoidal rule.
+
+        The energy balance: it is what ``energy`` and ``kinetic`` gained and what damping, friction and
+        follower pressure took; in a static run without these the difference is that of the rule.
+        """
+        return np.array(self._work)
+
+    @property
     def kinetic(self) -> Array:
         """Kinetic energy of every recorded instant of a motion, (increments,), J."""
         return np.array(self._kinetic)
@@ -73,31 +100,49 @@ class Run:
         return self._reports
 
     def add(
-        self, t: float, y: Array, reactions: Array | None = None, velocity: Array | None = None, kinetic: float = 0.0
-    ) -> None:
-        """Take over an equilibrium, or an instant of a motion: then ``reactions`` (N, 3) hold inertia, N."""
-        problem = self.problem
+        self, t: float, y: Array, reactions: Array | None = None, velocity: Array | None = None, kinetic: float = 0.0,
+        loads: Array | None = None,
+    ) -> None:  # fmt: skip
+        """Take over an equilibrium; of a motion also the forces (N, 3), N, of supports and loads, inertia included."""
+        problem, links = self.problem, self.problem.links
         x = problem.displacement(y, t)
         forces = problem.out_of_balance(y, t) if reactions is None else reactions
+        poses = [links.pose(number, y, t) for number in range(len(links.rigid))]
+        wrenches = [part.wrench(pose, forces[part.nodes]) for part, pose in zip(links.rigid, poses, strict=True)]
+        self._wrenches.append(np.reshape(wrenches, (len(links.rigid), 6)))
+        turns = [part.turn(pose) for part, pose in zip(links.rigid, poses, strict=True)]
+        pushed = problem.external(t) if loads is None else loads
+        springs = problem.spring_energy(y, t)
+        self._add_work(_Instant(x, forces.reshape(-1), pushed, self._wrenches[-1], turns, springs))
         self._t.append(t)
         self._states.append(y)
         self._fields.append(x)
         self._reactions.append(forces[self._held])
-        links = problem.links
-        wrenches = [p.wrench(links.pose(i, y, t), forces[p.nodes]) for i, p in enumerate(links.rigid)]
-        self._wrenches.append(np.reshape(wrenches, (len(links.rigid), 6)))
         self._energies.append(problem.energy(y, t))
         if velocity is not None:
             self._velocities.append(velocity)
             self._kinetic.append(kinetic)
-        self._reports.append(
-            {
-                f"{name}, term {number}": float(value)
-                for number, term in enumerate(problem.terms)
-                for name, value in term.report(x).items()
-                if np.ndim(value) == 0
-            }
-        )
+        report: dict[str, float] = {}
+        for number, term in enumerate(problem.terms):
+            report |= {f"{name}, term {number}": float(v) for name, v in term.report(x).items() if np.ndim(v) == 0}
+        self._reports.append(report)
+        self._contact.append(_contact_fields(problem, x))
+
+    def _add_work(self, now: "_Instant") -> None:
+        """Mean forces of the last two increments times what their points moved by."""
+        before, self._last = self._last, now
+        if before is None:
+            self._work.append(0.0)
+            return
+        prescribed = self.problem.links.prescribed
+        held = (before.forces + now.forces)[prescribed] / 2
+        work = float(np.vdot((before.loads + now.loads) / 2, now.x - before.x))
+        work += float(held @ (now.x - before.x).reshape(-1)[prescribed]) + now.springs - before.springs
+        for number, (old, new) in enumerate(zip(before.turns, now.turns, strict=True)):
+            moved = now.x[self._references[number]] - before.x[self._references[number]]
+            turned = Rotation.from_matrix(new @ old.T).as_rotvec()
+            work += float((before.wrenches + now.wrenches)[number] / 2 @ np.concatenate([moved, turned]))
+        self._work.append(self._work[-1] + work)
 
     def state(self, increment: int = -1) -> Array:
         """Unknowns at an increment."""
@@ -132,3 +177,15 @@ class Run:
         if isinstance(where, str) and where in self.case.watched:
             return self.case.watched[where]
         return self.case.select(where)
+
+
+def _contact_fields(problem: Problem, x: Array) -> dict[str, Array]:
+    """Contact pressure and gap of all terms that have them, (N,) each; NaN where nothing is near."""
+    result: dict[str, Array] = {}
+    for term in problem.terms:
+        for name, values in getattr(term, "fields", lambda _: {})(x).items():
+            whole = np.full(len(x), np.nan)
+            whole[: len(values)] = values
+            before = result.get(name, whole)
+            result[name] = np.where(np.isnan(before), whole, before)
+    return result

@@ -58,14 +58,14 @@ def _uses(cells: Cells, nodes: int) -> tuple[Cells, Cells]:
     """Entries of ``cells.ravel()`` that name each node: where they begin (nodes + 1,), and which."""
     flat = cells.ravel()
     begins = np.zeros(nodes + 1, np.int64)
-    for node in flat:
-        begins[node + 1] += 1
+    for entry in range(len(flat)):
+        begins[flat[entry] + 1] += 1
     for node in range(nodes):
         begins[node + 1] += begins[node]
     uses, filled = np.empty(len(flat), np.int64), begins[:-1].copy()
-    for entry, node in enumerate(flat):
-        uses[filled[node]] = entry
-        filled[node] += 1
+    for entry in range(len(flat)):
+        uses[filled[flat[entry]]] = entry
+        filled[flat[entry]] += 1
     return begins, uses
 
 

@@ -44,7 +44,7 @@ class Shell:
     ----------
     mesh
         Mid-surface, m: ``MeshQuad2`` whose ``doflocs`` are (3, n), or a plane ``MeshQuad`` or ``MeshQuad2`` in
-        z = 0.  Its named boundaries are the edges.
+        z = 0, whose top is its +z side.  Its named boundaries are the edges.
     thickness
         One number or one per surface node, m; measured along the element normals.
     material
@@ -182,7 +182,9 @@ class Shell:
         if name in ("top", "bottom"):
             return self.surface(name).areas(self.points)
         _, nodes, values, areas = self._edge_faces(name)
-        return np.bincount(nodes.ravel(), (areas @ values).ravel(), self.nodes)
+        result = np.zeros(self.nodes)
+        np.add.at(result, nodes, areas @ values)
+        return result
 
     def surface(self, name: str) -> Surface:
         """The ``top`` or ``bottom``, normals out of the shell."""
@@ -243,7 +245,17 @@ class Shell:
         scatter = self._scatter
         starts = np.concatenate([[0], scatter.ends]).astype(np.int64)
         return kernels.Elements(
-            self.cells, scatter.order, starts, base, transforms, volumes, spread, stiffness, viscous, predictor
+            self.cells,
+            scatter.order,
+            starts,
+            base,
+            transforms,
+            volumes,
+            spread,
+            stiffness,
+            viscous,
+            predictor,
+            geometry.shear_fits(determinants),
         )
 
     def _by_colour(self, kernel: Callable[..., None], *arguments: Any) -> None:

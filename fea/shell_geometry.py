@@ -44,9 +44,21 @@ _TWO, _THREE = np.array([-_A2, _A2]), np.array([-_A3, 0.0, _A3])
 
 
 @cache
-def tying_points() -> tuple[Array, Array, Array]:
-    """Where strains are sampled: 11 and 13, 22 and 23, 12 (Bucalem & Bathe 1993, nine-node element)."""
-    return grid(_TWO, _THREE), grid(_THREE, _TWO), grid(_TWO, _TWO)
+def tying_points() -> tuple[Array, Array]:
+    """Where strains are sampled: 11 and 13, 22 and 23 (Bucalem & Bathe 1993, nine-node element)."""
+    return grid(_TWO, _THREE), grid(_THREE, _TWO)
+
+
+def shear_fits(determinants: Array) -> Array:
+    """Bilinear functions, by their values at 2 x 2 points, that fit nine values (elements, 2, 4, 9).
+
+    Least squares at the 3 x 3 points of either layer, weighted by 1/volume; ``determinants`` (elements, 18)
+    of the Jacobians.
+    """
+    points, weights = quadrature()
+    basis = np.stack([np.outer(_lagrange(r, _TWO), _lagrange(s, _TWO)).ravel() for r, s, _ in points[::2]])
+    weighted = np.einsum("elq,qn->elnq", (weights / determinants).reshape(-1, 9, 2).swapaxes(1, 2), basis)
+    return np.ascontiguousarray(np.linalg.solve(weighted @ basis, weighted))
 
 
 @cache
@@ -60,10 +72,10 @@ def quadrature() -> tuple[Array, Array]:
 @cache
 def tables() -> Tables:
     """Constant tables of the element; see ``fea.shell_kernels.Tables``."""
-    at_11, at_22, at_12 = (quad9(places) for places in tying_points())
-    slopes = np.concatenate([at_11[1], at_22[2], at_12[1], at_12[2]])
-    values = np.concatenate([at_11[0], at_22[0], at_12[0]])
     points, _ = quadrature()
+    at_11, at_22, at_12 = (quad9(places) for places in (*tying_points(), points[::2, :2]))
+    slopes = np.concatenate([at_11[1], at_22[2], at_12[1], at_12[2]])
+    values = np.concatenate([at_11[0], at_22[0], at_12[0][[0, 2, 6, 8]]])
     ties, weights = np.zeros((18, len(COMPONENTS)), dtype=np.int64), np.zeros((18, len(COMPONENTS)))
     for q, (r, s, z) in enumerate(points):
         layer = int(z > 0)
@@ -96,12 +108,19 @@ def _interpolations(r: float, s: float, layer: int) -> list[tuple[Ints, Array]]:
 
 
 def promoted(mesh: MeshQuad) -> tuple[MeshQuad2, Array]:
-    """Quadratic mesh with the same edges and names, and its nodes (n, 3); a plane mesh lies in z = 0."""
-    if not isinstance(mesh, MeshQuad2):
-        mesh = MeshQuad2(MeshQuad2.from_mesh(mesh).doflocs, mesh.t, _boundaries=mesh.boundaries)
-    points = np.zeros((mesh.doflocs.shape[1], 3))
-    points[:, : len(mesh.doflocs)] = mesh.doflocs.T
-    return mesh, points
+    """Quadratic mesh with the same edges and names, and its nodes (n, 3).
+
+    A plane mesh lies in z = 0 and its elements are turned to run anticlockwise: its normal is +z.
+    """
+    points = mesh.doflocs if isinstance(mesh, MeshQuad2) else MeshQuad2.from_mesh(mesh).doflocs
+    cells = mesh.t.copy()
+    if len(points) == 2:
+        diagonals = points[:, cells[2:]] - points[:, cells[:2]]
+        clockwise = diagonals[0, 0] * diagonals[1, 1] < diagonals[1, 0] * diagonals[0, 1]
+        cells[:, clockwise] = cells[:, clockwise][[0, 3, 2, 1]]
+        points = np.vstack([points, np.zeros(points.shape[1])])
+    # Nodes of edges are numbered by the sorted corners, so they stay when elements are turned.
+    return MeshQuad2(points, cells, _boundaries=mesh.boundaries, _subdomains=mesh.subdomains), points.T.copy()
 
 
 def check_edges(mesh: MeshQuad2) -> Ints:
@@ -195,9 +214,7 @@ def jacobians(middle: Array, half: Array, places: Array) -> Array:
 
 def check_jacobians(middle: Array, half: Array) -> None:
     """Refuse elements whose volume is not positive wherever stress or strain is sampled."""
-    ones = np.ones((6, 1))
-    at_11, at_22, at_12 = tying_points()
-    layers = [np.hstack([p, z * _A2 * ones[: len(p)]]) for p in (at_11, at_22, at_12[:4]) for z in (-1.0, 1.0)]
+    layers = [np.hstack([p, np.full((6, 1), z)]) for p in tying_points() for z in _TWO]
     nodes = np.hstack([2.0 * ElementQuad2.doflocs - 1.0, np.zeros((9, 1))])
     places = np.concatenate([quadrature()[0], *layers, nodes])
     wrong = np.flatnonzero(~(np.linalg.det(jacobians(middle, half, places)) > 0.0).all(axis=1))

@@ -8,6 +8,10 @@ bottom node a.  The covariant Green-Lagrange strains are sampled where the eleme
     on the lower layer 11 on 2 x 3 points (6), 22 on 3 x 2 (6), 12 on 2 x 2 (4); 13 on 2 x 3 (6) and 23 on 3 x 2
     (6); on the upper layer 11, 22, 12 (16); 33 at the nodes (9); shears doubled.
 
+Where an element is no parallelogram, 12 at the 2 x 2 points alone would fail the patch test: the four numbers are those
+of the bilinear function that fits 12 at the 3 x 3 points of quadrature, weighted by 1/volume.  The stress 12 of
+a uniform state is bilinear over the volume, so what the fit leaves out does no work.
+
 Four enhanced strains z (1, r, s, r s) in the normal direction (Buechter, Ramm & Roehl 1994) let the thickness change
 linearly; they are solved for in each element, so forces are functions of the displacement alone.  For Saint Venant-
 Kirchhoff the energy is then e'H e/2 with a constant H (53, 53); other laws take the points one by one.
@@ -31,8 +35,9 @@ Ints = NDArray[np.int64]
 TIES = 53
 #: Strain component of every entry of a row of ``Tables.ties``.
 COMPONENTS = np.array([0] * 2 + [1] * 2 + [2] * 9 + [3] * 4 + [4] * 2 + [5] * 2)
-# Sampled vectors: slopes on the lower and the upper layer, half thickness at the three sets of points and at the nodes.
-_LAYER, _AT_11, _AT_12, _AT_NODES, VECTORS = 20, 40, 52, 56, 65
+# Sampled vectors: slopes on the lower and the upper layer, half thickness where 11 and 22 are sampled, at the corners
+# of the 3 x 3 points and at the nodes.
+_LAYER, _AT_11, _AT_12, _AT_NODES, VECTORS = 30, 60, 72, 76, 85
 # First sampled strain of the two layers, of the transverse shears and of the thickness.
 LAYERS, SHEAR, THICKNESS = (0, 28), 16, 44
 _Z = 1.0 / np.sqrt(3.0)
@@ -46,10 +51,10 @@ class Tables(NamedTuple):
     Parameters
     ----------
     slopes
-        Slopes of the nine shape functions (9, 20): by r where 11 is sampled, by s where 22 is, by r and by s where
-        12 is.
+        Slopes of the nine shape functions (9, 30): by r where 11 is sampled, by s where 22 is, by r and by s at
+        3 x 3 points.
     values
-        Shape functions (9, 16) where 11, 22 and 12 are sampled.
+        Shape functions (9, 16) where 11 and 22 are sampled and at the corners of the 3 x 3 points.
     ties, weights
         Sampled strains (18, 21) that the strains at a quadrature point are made of, and their weights.
     enhanced
@@ -73,7 +78,7 @@ class Elements(NamedTuple):
     order, starts
         Elements by colour, and where each colour starts.
     base
-        Sampled vectors of the reference shape (elements, 3, 65), m.
+        Sampled vectors of the reference shape (elements, 3, 85), m.
     transforms
         Covariant strains to local ones (elements, 18, 6, 6).
     volumes
@@ -86,6 +91,8 @@ class Elements(NamedTuple):
         Hv (elements, 53, 53), J.
     predictor
         Enhanced strains that the sampled ones cause at rest, (elements, n, 53).
+    fit
+        The four 12 strains of both layers from nine, (elements, 2, 4, 9).
     """
 
     cells: Ints
@@ -98,6 +105,7 @@ class Elements(NamedTuple):
     stiffness: Array
     viscous: Array
     predictor: Array
+    fit: Array
 
 
 @njit(cache=True)
@@ -108,7 +116,7 @@ def _fill(vector: Array, value: float) -> None:
 
 @njit(cache=True, fastmath=_SUMS)
 def _sample(middle: Array, half: Array, tables: Tables, vectors: Array) -> None:
-    """Sampled vectors (3, 65) of a field whose mean and half difference are (3, 9)."""
+    """Sampled vectors (3, 85) of a field whose mean and half difference are (3, 9)."""
     for k in range(3):
         row = vectors[k]
         for i in range(_AT_NODES):
@@ -125,7 +133,7 @@ def _sample(middle: Array, half: Array, tables: Tables, vectors: Array) -> None:
 
 @njit(cache=True)
 def sample(middle: Array, half: Array, tables: Tables, vectors: Array) -> None:
-    """Sampled vectors (elements, 3, 65) of fields (elements, 3, 9)."""
+    """Sampled vectors (elements, 3, 85) of fields (elements, 3, 9)."""
     for number in range(len(middle)):
         _sample(middle[number], half[number], tables, vectors[number])
 
@@ -140,8 +148,8 @@ def _gather(field: Array, nodes: Ints, middle: Array, half: Array) -> None:
 
 
 @njit(cache=True, fastmath=_SUMS)
-def _sampled_strains(g: Array, h: Array, e: Array) -> None:
-    """Strains e (53,) of the reference vectors ``g`` when they change by ``h``, both (3, 65)."""
+def _sampled_strains(g: Array, h: Array, fit: Array, e: Array) -> None:
+    """Strains e (53,) of the reference vectors ``g`` when they change by ``h``, both (3, 85)."""
     _fill(e, 0.0)
     for k in range(3):
         gk, hk = g[k], h[k]
@@ -149,9 +157,11 @@ def _sampled_strains(g: Array, h: Array, e: Array) -> None:
             o, first = _LAYER * layer, LAYERS[layer]
             for i in range(12):
                 e[first + i] += hk[o + i] * (gk[o + i] + 0.5 * hk[o + i])
-            for i in range(4):
-                r, s = o + 12 + i, o + 16 + i
-                e[first + 12 + i] += gk[r] * hk[s] + hk[r] * (gk[s] + hk[s])
+            for i in range(9):
+                r, s = o + 12 + i, o + 21 + i
+                shear = gk[r] * hk[s] + hk[r] * (gk[s] + hk[s])
+                for n in range(4):
+                    e[first + 12 + n] += fit[layer, n, i] * shear
         for i in range(12):
             g1, h1 = 0.5 * (gk[i] + gk[_LAYER + i]), 0.5 * (hk[i] + hk[_LAYER + i])
             g3, h3 = gk[_AT_11 + i], hk[_AT_11 + i]
@@ -161,19 +171,35 @@ def _sampled_strains(g: Array, h: Array, e: Array) -> None:
             e[THICKNESS + a] += h3 * (g3 + 0.5 * h3)
 
 
+@njit(cache=True)
+def _shears(stress: Array, fit: Array, shears: Array) -> None:
+    """Work-conjugates (2, 9) of 12 at the 3 x 3 points of both layers."""
+    for layer in range(2):
+        for i in range(9):
+            total = 0.0
+            for n in range(4):
+                total += fit[layer, n, i] * stress[LAYERS[layer] + 12 + n]
+            shears[layer, i] = total
+
+
 @njit(cache=True, fastmath=_SUMS)
-def _add_force(now: Array, stress: Array, tables: Tables, pull: Array, nodes: Ints, result: Array) -> None:
-    """Add the forces of the tying stresses (53,) to ``result``; ``now`` are the present vectors (3, 65)."""
+def _add_force(
+    now: Array, stress: Array, shears: Array, tables: Tables, pull: Array, nodes: Ints, result: Array
+) -> None:
+    """Add the forces of the tying stresses (53,) to ``result``; ``now`` are the present vectors (3, 85).
+
+    ``shears`` (2, 9): see ``_shears``.
+    """
     for k in range(3):
         g, p = now[k], pull[k]
         for layer in range(2):
             o, first = _LAYER * layer, LAYERS[layer]
             for i in range(12):
                 p[o + i] = stress[first + i] * g[o + i]
-            for i in range(4):
-                r, s = o + 12 + i, o + 16 + i
-                p[r] = stress[first + 12 + i] * g[s]
-                p[s] = stress[first + 12 + i] * g[r]
+            for i in range(9):
+                r, s = o + 12 + i, o + 21 + i
+                p[r] = shears[layer, i] * g[s]
+                p[s] = shears[layer, i] * g[r]
         for i in range(12):
             along = 0.5 * stress[SHEAR + i] * g[_AT_11 + i]
             p[i] += along
@@ -193,10 +219,11 @@ def _add_force(now: Array, stress: Array, tables: Tables, pull: Array, nodes: In
 
 @njit(cache=True)
 def _turned_over(now: Array) -> bool:
-    """Whether the volume is not positive at one of the eight points where 12 is sampled."""
+    """Whether the volume is not positive at one of the eight outermost quadrature points."""
+    corners = (0, 2, 6, 8)
     for layer in range(2):
         for i in range(4):
-            r, s, t = _LAYER * layer + 12 + i, _LAYER * layer + 16 + i, _AT_12 + i
+            r, s, t = _LAYER * layer + 12 + corners[i], _LAYER * layer + 21 + corners[i], _AT_12 + i
             volume = now[0, t] * (now[1, r] * now[2, s] - now[2, r] * now[1, s])
             volume += now[1, t] * (now[2, r] * now[0, s] - now[0, r] * now[2, s])
             volume += now[2, t] * (now[0, r] * now[1, s] - now[1, r] * now[0, s])
@@ -296,7 +323,7 @@ def _enhance(
             trial[j] += step[j, 0]
             size = max(size, abs(step[j, 0]))
         # Newton's method squares the error, so what is left after this step is rounding.
-        if size <= 1e-8 * scale:
+        if size <= max(1e-8 * scale, 1e-13):
             for q in range(18):
                 for j in range(count):
                     strains[q, 2] += spread[q] * tables.enhanced[q, j] * trial[j]
@@ -469,22 +496,23 @@ def add_force(
 ) -> None:  # fmt: skip
     """Add to ``result`` (all nodes, 3) the internal forces, N, of the elements ``order[first:last]``."""
     middle, half, vectors, pull = np.empty((3, 9)), np.empty((3, 9)), np.empty((3, VECTORS)), np.empty((3, VECTORS))
-    e, stress, strains = np.empty(TIES), np.empty(TIES), np.empty((18, 6))
+    e, stress, strains, shears = np.empty(TIES), np.empty(TIES), np.empty((18, 6)), np.empty((2, 9))
     for n in range(first, last):
         number = elements.order[n]
         _gather(displacement, elements.cells[number], middle, half)
         _sample(middle, half, tables, vectors)
-        _sampled_strains(elements.base[number], vectors, e)
+        _sampled_strains(elements.base[number], vectors, elements.fit[number], e)
         _stress(law, parameters, elements, tables, number, viscosity, past, e, strains, stress)
         _add_scaled(1.0, elements.base[number], vectors)
         # Saint Venant-Kirchhoff has equilibria with elements inside out: they are not the shell's.
         if _turned_over(vectors):
             _fill(stress, np.nan)
-        _add_force(vectors, stress, tables, pull, elements.cells[number], result)
+        _shears(stress, elements.fit[number], shears)
+        _add_force(vectors, stress, shears, tables, pull, elements.cells[number], result)
 
 
 @njit(cache=True, fastmath=_SUMS)
-def _strain_displacement(now: Array, tables: Tables, b: Array) -> None:
+def _strain_displacement(now: Array, fit: Array, tables: Tables, b: Array) -> None:
     """Derivatives of in-plane and transverse shear strains by the layers' positions (2, 28, 27).
 
     The lower layer has the strains 0 to 27, the upper one 16 to 43; columns are 3 node + axis.
@@ -497,9 +525,12 @@ def _strain_displacement(now: Array, tables: Tables, b: Array) -> None:
                 o, first = _LAYER * layer, 12 * layer
                 for i in range(12):
                     b[layer, first + i, column] = slopes[a, i] * now[k, o + i]
-                for i in range(12, 16):
-                    value = slopes[a, i] * now[k, o + 4 + i] + slopes[a, 4 + i] * now[k, o + i]
-                    b[layer, first + i, column] = value
+                for n in range(4):
+                    value = 0.0
+                    for i in range(9):
+                        r, s = 12 + i, 21 + i
+                        value += fit[layer, n, i] * (slopes[a, r] * now[k, o + s] + slopes[a, s] * now[k, o + r])
+                    b[layer, first + 12 + n, column] = value
             for i in range(12):
                 mean = 0.5 * slopes[a, i] * now[k, _AT_11 + i]
                 difference = values[a, i] * (now[k, i] + now[k, _LAYER + i]) / (4.0 * _Z)
@@ -532,7 +563,7 @@ def _products(stiffness: Array, now: Array, b: Array, hb: Array, blocks: Array) 
 
 
 @njit(cache=True, fastmath=_SUMS)
-def _geometric(stress: Array, tables: Tables, result: Array) -> None:
+def _geometric(stress: Array, shears: Array, tables: Tables, result: Array) -> None:
     """Second derivative of e by the layers' positions, weighted by ``stress``: node by node, (3, 9, 9)."""
     slopes, values = tables.slopes, tables.values
     for a in range(9):
@@ -545,9 +576,9 @@ def _geometric(stress: Array, tables: Tables, result: Array) -> None:
                 total, first = 0.0, LAYERS[layer]
                 for i in range(12):
                     total += stress[first + i] * slopes[a, i] * slopes[b, i]
-                for i in range(12, 16):
-                    both = slopes[a, i] * slopes[b, 4 + i] + slopes[a, 4 + i] * slopes[b, i]
-                    total += stress[first + i] * both
+                for i in range(9):
+                    both = slopes[a, 12 + i] * slopes[b, 21 + i] + slopes[a, 21 + i] * slopes[b, 12 + i]
+                    total += shears[layer, i] * both
                 result[2 * layer, a, b] = total + thick + (2 * layer - 1) * (cross + turned) / (4.0 * _Z)
             result[1, a, b] = (turned - cross) / (4.0 * _Z) - thick
 
@@ -618,7 +649,7 @@ def add_tangent(
     turn, nothing, second_order = np.empty((3, VECTORS)), np.zeros((3, VECTORS)), np.empty(TIES)
     e, stress, strains, stiffness = np.empty(TIES), np.empty(TIES), np.empty((18, 6)), np.empty((TIES, TIES))
     b, hb = np.empty((2, 28, 27)), np.empty((2, TIES, 27))
-    blocks, geometric = np.empty((3, 27, 27)), np.empty((3, 9, 9))
+    blocks, geometric, shears = np.empty((3, 27, 27)), np.empty((3, 9, 9)), np.empty((2, 9))
     # A constant H is used where it lies, and scaled last.
     scale = 1.0 + viscosity if law == SAINT_VENANT_KIRCHHOFF else 1.0
     for n in range(first, last):
@@ -626,7 +657,7 @@ def add_tangent(
         nodes = elements.cells[number]
         _gather(displacement, nodes, middle, half)
         _sample(middle, half, tables, vectors)
-        _sampled_strains(elements.base[number], vectors, e)
+        _sampled_strains(elements.base[number], vectors, elements.fit[number], e)
         _stress(law, parameters, elements, tables, number, viscosity, past, e, strains, stress)
         if law == SAINT_VENANT_KIRCHHOFF:
             stiffness = elements.stiffness[number]
@@ -635,16 +666,18 @@ def add_tangent(
         _add_scaled(1.0, elements.base[number], vectors)
         if _turned_over(vectors):
             _fill(stress, np.nan)
-        _add_force(vectors, stress, tables, pull, nodes, result)
+        _shears(stress, elements.fit[number], shears)
+        _add_force(vectors, stress, shears, tables, pull, nodes, result)
         if len(step) > 0:
             _gather(step, nodes, middle, half)
             _sample(middle, half, tables, turn)
-            _sampled_strains(nothing, turn, second_order)
+            _sampled_strains(nothing, turn, elements.fit[number], second_order)
             for i in range(TIES):
                 second_order[i] *= -scale
             _add_product(stiffness, second_order, stress)
-        _geometric(stress, tables, geometric)
-        _strain_displacement(vectors, tables, b)
+            _shears(stress, elements.fit[number], shears)
+        _geometric(stress, shears, tables, geometric)
+        _strain_displacement(vectors, elements.fit[number], tables, b)
         _products(stiffness, vectors, b, hb, blocks)
         _scatter(scale, blocks, geometric, slots[number], data)
 
@@ -657,7 +690,7 @@ def sampled_strains(elements: Elements, tables: Tables, displacement: Array) -> 
     for number in range(len(result)):
         _gather(displacement, elements.cells[number], middle, half)
         _sample(middle, half, tables, vectors)
-        _sampled_strains(elements.base[number], vectors, result[number])
+        _sampled_strains(elements.base[number], vectors, elements.fit[number], result[number])
     return result
 
 

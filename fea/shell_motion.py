@@ -111,7 +111,7 @@ class ShellMotion:
         self, shell: Shell, on_boundary: dict[str, float] | None = None, load: Array | None = None,
         clamped: str = "root", tolerance: float = 1e-5, rho: float = 0.9, shelf: int = 24,
     ) -> None:  # fmt: skip
-        self.shell, self._shelf = shell, shelf
+        self.shell, self.on_boundary, self._shelf = shell, on_boundary, shelf
         blend, material = Blend(rho), shell.material
         self.scheme = stepping.Scheme(
             blend.alpha_m, blend.alpha_f, blend.beta, blend.gamma, material.viscous_time, material.mass_damping,

@@ -214,9 +214,7 @@ def _viscosity(scheme: Scheme, state: State, step: float) -> float:
 
 
 @njit(cache=True)
-def _residual(
-    system: System, scheme: Scheme, state: State, step: float, known: Array, u: Array, work: Work
-) -> float:
+def _residual(system: System, scheme: Scheme, state: State, step: float, known: Array, u: Array, work: Work) -> float:
     """Out-of-balance force into ``work.right``; returns the size of the reaction."""
     reaction = _forces(system, u, _viscosity(scheme, state, step), work.past, work)
     pulls, af = _pulls(scheme, step), scheme.alpha_f
@@ -230,9 +228,7 @@ def _residual(
 
 
 @njit(cache=True)
-def _linearise(
-    system: System, scheme: Scheme, state: State, step: float, u: Array, moved: Array, work: Work
-) -> bool:
+def _linearise(system: System, scheme: Scheme, state: State, step: float, u: Array, moved: Array, work: Work) -> bool:
     """Shelve the factorised tangent at ``u``, reached by ``moved``."""
     shelf = work.shelf
     here = shelf.count[1]
@@ -299,9 +295,7 @@ def _newton(system: System, scheme: Scheme, state: State, step: float, outer: Ar
 
 
 @njit(cache=True)
-def _accept(
-    system: System, scheme: Scheme, state: State, step: float, outer: Array, u: Array, work: Work
-) -> None:
+def _accept(system: System, scheme: Scheme, state: State, step: float, outer: Array, u: Array, work: Work) -> None:
     """Take over the end ``u`` of a step, after ``_newton``."""
     flat, done = work.forces.reshape(-1), 0.0
     for k in range(len(u)):

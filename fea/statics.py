@@ -18,7 +18,7 @@ from fea.support import require_support
 Array = NDArray[np.float64]
 _AXES = {"x": 0, "y": 1, "z": 2}
 # Turn of a traced path, rad, that the next increment aims at.
-_TURN = 0.25
+_TURN = 0.1
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,8 @@ class Fields:
     points
         Reference coordinates, (points, 3), m.
     cells, cell_type
-        Connectivity (cells, nodes) in VTK order and the VTK cell type.
+        Connectivity (cells, nodes) in VTK order, and the VTK cell type: one for all, or (cells,).  Where cells
+        differ, the shorter ones end with -1.
     values
         Value of the record's index at each stored state, (states,).
     point_data, cell_data
@@ -67,7 +68,7 @@ class Fields:
 
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
-    cell_type: int
+    cell_type: int | NDArray[np.int64]
     values: NDArray[np.float64]
     point_data: Mapping[str, Channel] = field(default_factory=dict)
     cell_data: Mapping[str, Channel] = field(default_factory=dict)

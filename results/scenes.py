@@ -71,10 +71,9 @@ def _grid(fields: Fields, state: int, scale: float = 1.0) -> Any:
     import pyvista as pv
 
     displacement = fields.point_data["displacement"].values[state]
-    cells = np.column_stack([np.full(len(fields.cells), fields.cells.shape[1]), fields.cells]).ravel()
-    grid = pv.UnstructuredGrid(
-        cells, np.full(len(fields.cells), fields.cell_type, "u1"), fields.points + scale * displacement
-    )
+    cells = np.column_stack([(fields.cells >= 0).sum(axis=1), fields.cells]).ravel()
+    types = np.broadcast_to(np.asarray(fields.cell_type, "u1"), len(fields.cells))
+    grid = pv.UnstructuredGrid(cells[cells >= 0], types, fields.points + scale * displacement)
     for name, channel in fields.cell_data.items():
         grid.cell_data[name] = channel.values[state]
     return grid

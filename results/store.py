@@ -96,10 +96,11 @@ def _write_vtk(group: h5py.Group, fields: Fields) -> None:
     group.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", 16))
     group["NumberOfPoints"] = np.array([n_points], "i8")
     group["NumberOfCells"] = np.array([n_cells], "i8")
-    group["NumberOfConnectivityIds"] = np.array([fields.cells.size], "i8")
+    used = fields.cells >= 0
+    group["NumberOfConnectivityIds"] = np.array([used.sum()], "i8")
     group.create_dataset("Points", data=fields.points, **_PACKED)
-    group.create_dataset("Connectivity", data=fields.cells.ravel().astype("i8"), **_PACKED)
-    group["Offsets"] = np.arange(n_cells + 1, dtype="i8") * fields.cells.shape[1]
+    group.create_dataset("Connectivity", data=fields.cells[used].astype("i8"), **_PACKED)
+    group["Offsets"] = np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype("i8")
     group["Types"] = np.full(n_cells, fields.cell_type, "u1")
     group.create_group("FieldData")
     steps = group.create_group("Steps")
@@ -158,7 +159,9 @@ def _read_channel(dataset: h5py.Dataset) -> Channel:
 
 def _read_vtk(group: h5py.Group) -> Fields:
     values = group["Steps/Values"][()]
-    cells = group["Connectivity"][()].reshape(int(group["NumberOfCells"][0]), -1)
+    sizes, types = np.diff(group["Offsets"][()]), group["Types"][()].astype(np.int64)
+    cells = np.full((len(sizes), sizes.max()), -1)
+    cells[np.arange(sizes.max()) < sizes[:, None]] = group["Connectivity"][()]
     point_data, cell_data = (
         {
             name: Channel(
@@ -169,7 +172,8 @@ def _read_vtk(group: h5py.Group) -> Fields:
         }
         for kind in ("Point", "Cell")
     )
-    return Fields(group["Points"][()], cells, int(group["Types"][0]), values, point_data, cell_data)
+    cell_type = int(types[0]) if (types == types[0]).all() else types
+    return Fields(group["Points"][()], cells, cell_type, values, point_data, cell_data)
 
 
 def file_digest(path: Path) -> str:

@@ -135,7 +135,7 @@ def _slip(
 @njit(cache=True)
 def forces(
     kind: int, positions: Array, masters: Ints, slaves: Ints, values: Array, weights: Array, master_of: Ints,
-    pair: Ints, at: Array, gap: Array, penalty: float, width: float, shift: Array,
+    pair: Ints, at: Array, gap: Array, penalty: Array, width: Array, shift: Array,
     limit: Array, anchor: Ints, anchor_at: Array, result: Array, normals: Array, pressures: Array, shears: Array,
 ) -> float:  # fmt: skip
     """Nodal forces with the sign of internal ones added to ``result`` (P, 3), N; returns the energy, J.
@@ -150,7 +150,7 @@ def forces(
     energy = 0.0
     for i in range(len(pair)):
         f, q = i // points, i % points
-        p, _, stored = pressure(penalty, width, shift[i], gap[i])
+        p, _, stored = pressure(penalty[i], width[i], shift[i], gap[i])
         energy += weights[f, q] * stored
         pressures[i] = p
         shears[i] = 0.0
@@ -177,7 +177,7 @@ def forces(
             kind, positions, masters, master, at[i], point, normal, anchor[i], anchor_at[i],
             facet, table, frame, slip, where,
         )  # fmt: skip
-        secant, _, stored = traction(penalty, limit[i], length)
+        secant, _, stored = traction(penalty[i], limit[i], length)
         energy += weights[f, q] * stored
         for n in range(3):
             shears[i, n] = secant * slip[n]
@@ -256,7 +256,7 @@ def _friction_rows(
 @njit(cache=True)
 def tangents(
     kind: int, positions: Array, masters: Ints, slaves: Ints, values: Array, weights: Array, master_of: Ints,
-    pair: Ints, at: Array, gap: Array, penalty: float, width: float, shift: Array,
+    pair: Ints, at: Array, gap: Array, penalty: Array, width: Array, shift: Array,
     limit: Array, anchor: Ints, anchor_at: Array, result: Array,
 ) -> None:  # fmt: skip
     """Symmetric matrices of the pairs added to ``result`` (pairs, 3k, 3k), N/m.
@@ -271,7 +271,7 @@ def tangents(
     rows, mix, product = np.zeros((7, 3 * (ks + km))), np.zeros((7, 7)), np.zeros((7, 3 * (ks + km)))
     for i in range(len(pair)):
         f, q = i // points, i % points
-        p, fall, _ = pressure(penalty, width, shift[i], gap[i])
+        p, fall, _ = pressure(penalty[i], width[i], shift[i], gap[i])
         if p <= 0.0:
             continue
         master = master_of[pair[i]]
@@ -288,7 +288,7 @@ def tangents(
                 kind, positions, masters, master, at[i], point, normal, anchor[i], anchor_at[i],
                 facet, table, frame, slip, where,
             )  # fmt: skip
-            mix[5, 5], mix[6, 6] = traction(penalty, limit[i], length)[1::-1]
+            mix[5, 5], mix[6, 6] = traction(penalty[i], limit[i], length)[1::-1]
             _friction_rows(slip, length, normal, frame, values[q], table[0], rows[5:])
             count = 7
         for a in range(count):

@@ -19,15 +19,21 @@ along where the slip has passed 2 l / k.
 
 from dataclasses import dataclass
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class ContactLaw:
     """Stiffness, friction and tolerance of contact.
 
-    The penalty is E/h, at which a layer of the thickness h answers a pressure with p = (E/h) g: bodies
-    sink in by p/E of h, and as they are as stiff themselves, the equations become no worse conditioned.
+    The penalty between walls is E/h, at which a layer of the thickness h answers a pressure with
+    p = (E/h) g: walls sink in by p/E of h, and as they are as stiff themselves, the equations become no
+    worse conditioned.  Between solids it is 10 E/h with the size h of their facets: ten times as stiff as
+    the elements at the surface, so that they take the deformation.
 
     Thin walls on coarse facets need less.  A wall of the bending stiffness E h^3/12 that is pressed on a
     foundation e touches over its decay length (E h^3 / (3 e))^(1/4).  Where that is shorter than the
@@ -44,19 +50,20 @@ class ContactLaw:
     friction
         Coefficient mu of Coulomb friction.
     factor
-        Multiple of the penalty above.
+        Penalty as a multiple of E/h; None: 1 for walls, 10 for solids.
     blend
         Width w of the blend as a fraction of h.
     tolerance
-        Largest penetration, as a fraction of h, at which multipliers stay as they are.
+        Largest penetration, as a fraction of h, at which multipliers stay as they are; None: 0.01 for walls,
+        0.001 for solids, whose deformation at the surface is a small part of h.
     """
 
     modulus: float
     thickness: float | None = None
     friction: float = 0.0
-    factor: float = 1.0
+    factor: float | None = None
     blend: float = 0.02
-    tolerance: float = 0.01
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("modulus", "thickness", "factor", "blend", "tolerance"):
@@ -66,16 +73,19 @@ class ContactLaw:
         if not 0.0 <= self.friction < float("inf"):
             raise ValueError(f"the coefficient of friction cannot be {self.friction}")
 
-    def on(self, size: float) -> "Scales":
-        """Figures for facets of the ``size``, m."""
-        h = size if self.thickness is None else self.thickness
-        softer = min(1.0, 16 / 3 * (h / size) ** 4)
-        return Scales(h, self.factor * softer * self.modulus / h, self.blend * h, self.tolerance * h)
+    def on(self, size: Array) -> "Scales":
+        """Figures for facets of the ``size`` (facets,), m."""
+        solid = self.thickness is None
+        h = size if self.thickness is None else np.full_like(size, self.thickness)
+        factor = self.factor or (10.0 if solid else 1.0)
+        tolerance = self.tolerance or (0.001 if solid else 0.01)
+        softer = np.minimum(1.0, 16 / 3 * (h / size) ** 4)
+        return Scales(h, factor * softer * self.modulus / h, self.blend * h, tolerance * h)
 
 
 @dataclass(frozen=True)
 class Scales:
-    """A contact law in figures.
+    """A contact law in figures, (facets,) each.
 
     Parameters
     ----------
@@ -89,10 +99,14 @@ class Scales:
         Penetration, m.
     """
 
-    length: float
-    penalty: float
-    width: float
-    allowed: float
+    length: Array
+    penalty: Array
+    width: Array
+    allowed: Array
+
+    def each(self, points: int) -> "Scales":
+        """The same for every one of so many points of each facet."""
+        return Scales(*(np.repeat(figures, points) for figures in vars(self).values()))
 
 
 @njit(cache=True)

@@ -14,9 +14,11 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-def facet_size(surface: Surface, points: Array) -> float:
-    """Root of the mean area of the facets, m."""
-    return float(np.sqrt(surface.areas(points).sum() / max(len(surface.facets), 1)))
+def facet_sizes(surface: Surface, points: Array) -> Array:
+    """Root of the area of every facet (facets,), m."""
+    shapes = surface.shapes()
+    tangents = np.einsum("qjk,fkc->fqjc", shapes.slopes, points[surface.facets])
+    return np.sqrt(np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=2) @ shapes.weights)
 
 
 def neighbours(slave: Surface, master: Surface, nodes: int, rings: int) -> csr_array:

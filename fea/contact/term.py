@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from fea.contact import kernels
 from fea.contact.law import ContactLaw
-from fea.contact.search import facet_size
 from fea.surface import Surface
 
 Array = NDArray[np.float64]
@@ -91,7 +90,7 @@ class FacetContact:
         self._shapes = slave.shapes(order)
         self._slaves = np.ascontiguousarray(slave.facets, dtype=np.int64)
         self._area = self._areas(points)
-        self.scales = law.on(facet_size(slave, points))
+        self.scales = law.on(np.sqrt(self._area.sum(axis=1))).each(self._area.shape[1])
         self._masters = np.zeros((0, 3), dtype=np.int64)
         self._set_pairs(np.zeros((0, 2), dtype=np.int64))
         n = self._area.size
@@ -182,7 +181,8 @@ class FacetContact:
     def augment(self, x: Array) -> bool:
         """New multipliers where the surfaces overlap or gape too far under pressure, or friction lags behind."""
         now = self.touch(x, self._t)
-        settled = np.abs(now.gap[now.pressure > 0]).max(initial=0.0) <= self.scales.allowed
+        pressed = now.pressure > 0
+        settled = bool((np.abs(now.gap[pressed]) <= self.scales.allowed[pressed]).all())
         if not settled:
             self._memory = replace(self._memory, shift=np.maximum(self._memory.shift - now.gap, 0.0))
         return self._augment_friction(now) or not settled
@@ -219,7 +219,7 @@ class FacetContact:
             self._kind, self._positions(x, self._t), self._masters, self._slaves, self._shapes.values,
             self._master_of, self._pair, self._at, memory.anchor, memory.anchor_at, held,
         )  # fmt: skip
-        free = 2 * memory.limit[held] / self.scales.penalty
+        free = 2 * memory.limit[held] / self.scales.penalty[held]
         sliding = slip > free
         moved, left = held[sliding], (free / np.maximum(slip, free))[sliding]
         anchor[moved] = self._master_of[self._pair[moved]]

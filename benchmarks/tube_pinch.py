@@ -1,0 +1,50 @@
+"""The pinch of a tube by 20 mm, from the start of the process to the force, against CalculiX on the same mesh.
+
+The solid shell stands on the middle surface of the same hexahedra.
+"""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks._measure import against, in_process, row
+from tests.verification.calculix import INSTALL, Answer, Deck, program, solve
+from tests.verification.devices import PinchedTube, prescribed
+
+TRAVEL = 20e-3
+#: Elements around a quarter and along the half, and the least ratio that is wanted.
+MESHES = ((12, 20, ""), (60, 40, ">= 5"))
+
+
+def theirs(around: int, along: int) -> Answer | None:
+    if program() is None:
+        return None
+    case = PinchedTube().case("hexahedra", around, along, TRAVEL)
+    deck = Deck(case.parts[0], "C3D20R", prescribed(case), case.watched["stamp"])
+    with tempfile.TemporaryDirectory() as folder:
+        return solve(deck, Path(folder))
+
+
+def rows() -> list[dict[str, Any]]:
+    in_process("_pinch", ("hexahedra", 2, 2, 1e-4))  # compiles what is not compiled yet
+    in_process("_pinch", ("shell", 2, 2, 1e-4))
+    return [line for mesh in MESHES for line in pinch(*mesh)]
+
+
+def pinch(around: int, along: int, goal: str) -> list[dict[str, Any]]:
+    peer, result = theirs(around, along), []
+    name = "CalculiX C3D20R"
+    for elements in ("hexahedra", "shell"):
+        ours, seconds, _ = in_process("_pinch", (elements, around, along, TRAVEL))
+        what = f"{around * along} {'solid shells' if elements == 'shell' else elements}"
+        result.append(against(f"{what}, whole process", seconds, name, peer and peer.seconds, goal, INSTALL))
+        force = row(f"{what}, force", ours["force"], "N", peer=name)
+        if peer is not None:
+            reference = -float(peer.reactions[-1, 2])
+            goal_force = "0.99 to 1.01" if goal else ""
+            force |= {"peer_value": reference, "ratio": ours["force"] / reference, "goal": goal_force}
+        result += [
+            force,
+            row(f"{what}, tangents", ours["tangents"], "", peer=name, peer_value=peer and peer.iterations),
+        ]
+    return result
