@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -46,22 +47,21 @@ def processor_time(work: Callable[[], object], repeats: int = 5) -> float:
     return best_of(work, repeats, process_time)
 
 
-def in_process(
-    module: str, words: Sequence[object], python: str | Path = sys.executable
-) -> tuple[dict[str, Any], float, float]:
-    """Start a module of this folder in a process of its own.
+@dataclass(frozen=True)
+class Told:
+    """What a process of its own printed last (JSON), and its times from start to exit, s, and largest memory, bytes."""
 
-    Returns
-    -------
-    tuple
-        The JSON object that it printed last, its wall time from start to exit, s, and its largest
-        resident memory, bytes.
-    """
+    printed: dict[str, Any]
+    seconds: float
+    processor: float
+    memory: float
+
+
+def in_process(module: str, words: Sequence[object], python: str | Path = sys.executable) -> Told:
+    """Start a module of this folder in a process of its own."""
     command = [str(python), str(ROOT / "benchmarks" / f"{module}.py"), *map(str, words)]
     begin = perf_counter()
-    child = subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
-    )  # fmt: skip
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)})
     assert child.stdout is not None
     printed = child.stdout.read()
     _, status, usage = os.wait4(child.pid, 0)
@@ -70,4 +70,6 @@ def in_process(
     if child.returncode:
         raise RuntimeError(f"{' '.join(command)} ended with code {child.returncode}")
     unit = 1 if sys.platform == "darwin" else 1024
-    return json.loads(printed.splitlines()[-1]), seconds, float(usage.ru_maxrss * unit)
+    return Told(
+        json.loads(printed.splitlines()[-1]), seconds, usage.ru_utime + usage.ru_stime, float(usage.ru_maxrss * unit)
+    )

@@ -11,7 +11,7 @@ from tests.verification.devices import PinchedTube
 
 
 def rows() -> list[dict[str, Any]]:
-    return step(60, 45)
+    return step(60, 46)
 
 
 def step(around: int, along: int, repeats: int = 5) -> list[dict[str, Any]]:

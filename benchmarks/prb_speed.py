@@ -1,19 +1,17 @@
-"""Speed of the pseudo-rigid-body performer.  Prints figures, asserts nothing.
-
-    python benchmarks/prb_speed.py
+"""Speed of the pseudo-rigid-body performer.
 
 Evaluations are ring-downs of 0.25 s, static start included, as a fit runs them.  The peer in the
 same run is the plain way: compile each candidate and step it from Python.  The dissertation needed 1.2 s for
 10 s of motion (5.4.2, on another machine).
 """
 
-from collections.abc import Callable
 from functools import partial
-from time import perf_counter
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from benchmarks._measure import best_of, row
 from lab.experiments import RingDown
 from lab.specimens import TwistedBeam
 from prb.batch import RingDownBatch
@@ -27,16 +25,6 @@ BEAM = TwistedBeam(mass=0.00517)
 EXPERIMENTS = [RingDown(direction=0.0), RingDown(direction=np.pi / 2)]
 PUBLISHED_SECONDS = 1.2
 STEPS = (1e-3, 0.5e-3, 0.25e-3, 0.1e-3)
-
-
-def best_of(run: Callable[[], object], repeats: int = 5) -> float:
-    """Shortest wall time, s: other programs only ever add to it."""
-    times = []
-    for _ in range(repeats):
-        begin = perf_counter()
-        run()
-        times.append(perf_counter() - begin)
-    return min(times)
 
 
 def candidates(topology: str, count: int) -> np.ndarray:
@@ -57,48 +45,43 @@ def plain_way(topology: str, values: np.ndarray, time_step: float) -> None:
                 mujoco.mj_step(model, data)
 
 
-def evaluations(topology: str, time_step: float = 0.5e-3) -> None:
+def evaluations(topology: str, time_step: float = 0.5e-3) -> list[dict[str, Any]]:
     values = candidates(topology, 45)
-    runs = len(values) * len(EXPERIMENTS)
-    few = values[:10]
+    runs, few = len(values) * len(EXPERIMENTS), values[:10]
     peer = len(few) * len(EXPERIMENTS) / best_of(lambda: plain_way(topology, few, time_step), 2)
-    print(f"{topology}: step <= {1e3 * time_step:g} ms, evaluations per second")
-    print(f"  compiled and stepped from Python  {peer:7.0f}")
+    result = []
     for threads in (1, 2):
         batch = RingDownBatch(BEAM, EXPERIMENTS, topology, time_step=time_step, threads=threads)
         batch(values)
         rate = runs / best_of(partial(batch, values))
-        print(f"  batch, {threads} thread(s)               {rate:7.0f}   {rate / peer:5.1f} times the peer")
+        name = f"{topology}, evaluations at {1e3 * time_step:g} ms, {threads} thread(s)"
+        result.append(row(name, rate, "1/s", "", "compiled and stepped from Python", peer, rate / peer))
+    return result
 
 
-def ten_seconds(topology: str) -> None:
+def ten_seconds(topology: str) -> list[dict[str, Any]]:
     """Forty releases of 0.25 s: a beam at rest would end in denormal numbers, which are slow."""
     experiment, releases = EXPERIMENTS[0], 40
     mechanism = PrbModel(topology=topology).mechanism(BEAM).in_motion
-    print(f"{topology}: wall time for 10 s of motion, one thread")
+    result = []
     for time_step in STEPS:
         stride = steps_per_sample(experiment.rate, time_step)
         model = compile_mechanism(mechanism, experiment.markers, 1 / (experiment.rate * stride))
         starts = np.tile(hang(Chain(model), np.array(experiment.load)), (releases, 1))
         run = partial(release, [model] * releases, [mujoco.MjData(model)], starts, experiment.samples, stride)
-        wall, step = best_of(run), model.opt.timestep
-        print(
-            f"  step {1e3 * step:.3f} ms  {wall:6.3f} s   {1e6 * wall * step / 10:5.2f} us/step"
-            f"   {PUBLISHED_SECONDS / wall:5.1f} times as fast as published"
-        )
+        wall, name = best_of(run), f"{topology}, 10 s of motion at {1e3 * model.opt.timestep:.3f} ms, one thread"
+        result.append(row(name, wall, "s", "", "published", PUBLISHED_SECONDS, PUBLISHED_SECONDS / wall))
+    return result
 
 
-def building(topology: str) -> None:
+def building(topology: str) -> dict[str, Any]:
     mechanism = PrbModel(topology=topology).mechanism(BEAM).in_motion
     model = compile_mechanism(mechanism)
     data = mujoco.MjData(model)
     compiling = best_of(lambda: compile_mechanism(mechanism), 20)
     editing = best_of(lambda: write_mechanism(model, data, mechanism, ()), 20)
-    print(f"{topology}: compile {1e3 * compiling:.2f} ms, edit {1e3 * editing:.3f} ms, ratio {compiling / editing:.0f}")
+    return row(f"{topology}, edit of a model", editing, "s", "", "compile anew", compiling, compiling / editing)
 
 
-if __name__ == "__main__":
-    for name in TOPOLOGIES:
-        building(name)
-        evaluations(name)
-        ten_seconds(name)
+def rows() -> list[dict[str, Any]]:
+    return [line for name in TOPOLOGIES for line in (building(name), *evaluations(name), *ten_seconds(name))]

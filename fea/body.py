@@ -32,7 +32,8 @@ class Body:
     tetrahedra), so that nothing locks up to Poisson's ratios near 1/2.  A constant leaves the three quadratic
     conformal motions of a tetrahedron without stiffness and costs an order of accuracy; therefore
     tetrahedra take as much bulk modulus point by point as a Poisson's ratio of 0.45 has, which
-    does not lock them, and project the rest.
+    does not lock them, and project the rest.  The other laws, for which volume and shape are not
+    apart, are never projected.
 
     Parameters
     ----------

@@ -436,8 +436,8 @@ class Case:
 
     # -- solutions -----------------------------------------------------------------------------------
 
-    def problem(self) -> Problem:
-        """The equations, as ``fea.newton`` solves them.
+    def problem(self, seconds: float = 0.0) -> Problem:
+        """The equations, as ``fea.newton`` solves them; ``seconds`` as in ``fea.statics.static``.
 
         Raises
         ------
@@ -466,7 +466,9 @@ class Case:
         moments = [m for r in self.rigids.values() for m in r._moments]
         springs = [s for r in self.rigids.values() for s in r._springs]
         terms = [make(self.points) for make in self._terms]
-        return Problem(self.parts, self.points, builder.make(), loads, moments, springs, terms, self.solver)
+        return Problem(
+            self.parts, self.points, builder.make(), loads, moments, springs, terms, self.solver, seconds=seconds
+        )
 
     def _hinge(self, builder: Builder, lower: Ints, upper: Ints, by: str) -> None:
         held = {int(u) for unknowns, _, _ in self._prescribed for u in unknowns}

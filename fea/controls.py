@@ -135,14 +135,18 @@ class ArcLength(_Bordered):
 
     def __init__(self, problem: Problem, state: Array, t: float, load: float = 1.0) -> None:
         super().__init__(problem)
-        problem.linearise(state, t)
-        by_load = problem.solve(-problem.rate(state, t, t + 1.0))
-        #: Lengths that count as 1: of unknowns and of t.
-        self.unit, self.load = (float(np.linalg.norm(by_load)) or 1.0) * abs(load), abs(load)
+        #: Lengths that count as 1: of unknowns (their linear answer from rest; 1 where there is none) and of t.
+        self.unit = (float(np.linalg.norm(self._answer(problem.rest, 0.0))) or 1.0) * abs(load)
+        self.load = abs(load)
+        by_load = self._answer(state, t)
         #: Angle, rad, of the last increment's chord with the path before it or behind it, whichever is larger.
         self.turn = 0.0
         start = np.append(state, t)
         self._tangent = _Tangent(start, 0.0, self._unit(np.append(by_load, 1.0) * np.sign(load)))
+
+    def _answer(self, state: Array, t: float) -> Array:
+        self.problem.linearise(state, t)
+        return self.problem.solve(-self.problem.rate(state, t, t + 1.0))
 
     def _unit(self, change: Array) -> Array:
         return change / np.sqrt(self._dot(change, change))

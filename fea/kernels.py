@@ -310,31 +310,31 @@ def _cofactor(h: Array, result: Array) -> None:
 @njit(cache=True, fastmath=_SUMS)
 def _add_volume_stiffness(solid: Solid, e: int, h: Array, slope: Array, blocks: Array) -> None:
     """Add what follows from the change of the projected pressures to ``blocks`` (k, 6 k)."""
-    modes, weights = solid.modes[e], solid.weights[e]
-    k = blocks.shape[0]
-    cofactor, changes = np.empty((3, 3)), np.zeros((len(modes), 3, k))
-    stiffness, stiff = np.zeros((len(modes), len(modes))), np.zeros((len(modes), 3, k))
+    modes, weights, gradients = solid.modes[e], solid.weights[e], solid.gradients[e]
+    k, count = blocks.shape[0], len(modes)
+    cofactor, change = np.empty((3, 3)), np.empty(3 * k)
+    changes, stiffness = np.zeros((count, 3 * k)), np.zeros((count, count))
     for q in range(len(slope)):
         _cofactor(h[q], cofactor)
-        for m in range(len(modes)):
-            factor = weights[q] * modes[m, q]
-            for n in range(len(modes)):
-                stiffness[m, n] += factor * modes[n, q] * slope[q]
-            for i in range(3):
-                for j in range(3):
-                    along = factor * cofactor[i, j]
-                    for a in range(k):
-                        changes[m, i, a] += along * solid.gradients[e, q, j, a]
-    for m in range(len(modes)):
-        for n in range(len(modes)):
-            stiff[m] += stiffness[m, n] * changes[n]
-    for m in range(len(modes)):
         for i in range(3):
-            for j in range(i, 3):
-                first = _BLOCK[i][j] * k
-                for a in range(k):
-                    for b in range(k):
-                        blocks[a, first + b] += changes[m, i, a] * stiff[m, j, b]
+            x, y, z = cofactor[i, 0], cofactor[i, 1], cofactor[i, 2]
+            for a in range(k):
+                change[i * k + a] = x * gradients[q, 0, a] + y * gradients[q, 1, a] + z * gradients[q, 2, a]
+        for m in range(count):
+            factor = weights[q] * modes[m, q]
+            for n in range(count):
+                stiffness[m, n] += factor * modes[n, q] * slope[q]
+            for a in range(3 * k):
+                changes[m, a] += factor * change[a]
+    stiff = np.dot(stiffness, changes)
+    for m in range(count):
+        for i in range(3):
+            # Blocks (i, i) to (i, 2) lie side by side.
+            first = (_BLOCK[i][i] - i) * k
+            for a in range(k):
+                factor = changes[m, i * k + a]
+                for b in range(i * k, 3 * k):
+                    blocks[a, first + b] += factor * stiff[m, b]
 
 
 @njit(cache=True)
@@ -429,6 +429,16 @@ def tangent(
     else:
         _tangents(scatter.order, *common)
     return _collect(solid.cells, forces, len(displacement)), data
+
+
+def warm_up() -> None:
+    """Load, or at first compile, what only meshes of ``WORTH_SHARING`` elements use."""
+    solid = Solid(np.zeros((1, 1, 3, 1)), np.ones((1, 1)), np.zeros((1, 0, 1)), 0.0, np.zeros((1, 1), np.int64))
+    common = (solid, np.zeros((1, 3)), 0, np.ones(8), 0.0, np.zeros((0, 0, 6)))
+    forces, first = np.zeros((1, 3, 1)), np.zeros(1, np.int64)
+    _forces_shared(1, *common, forces)
+    starts, widths = np.zeros((1, 1, 1), np.int32), np.ones(1, np.int32)
+    _tangents_shared(1, first, first + 1, *common, np.zeros((0, 3)), starts, widths, forces, np.zeros(6))
 
 
 @njit(cache=True)

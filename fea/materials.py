@@ -177,25 +177,36 @@ def split_elasticity(parameters: Array, strain: Array, pressure: float, slope: f
     both = 4.0 * (w1 * a * i1 + 4.0 * w2 * a * a * i2) / 9.0 + slope * j * j + pressure * j
     mixed = 2.0 * (w1 * a * i1 + 2.0 * w2 * a * a * i2) / 3.0 - pressure * j
     cross1, cross2, unit = -4.0 / 3.0 * w1 * a, -8.0 / 3.0 * w2 * a * a, 4.0 * w2 * a * a
-    _add_products(ci, mixed, both, matrix)
-    for m in range(6):
-        along = 2.0 * a * (d1[m] - i1 / 3.0 * ci[m])
-        for n in range(6):
-            matrix[m, n] += cross1 * (d1[m] * ci[n] + ci[m] * d1[n]) + cross2 * (d2[m] * ci[n] + ci[m] * d2[n])
-            matrix[m, n] += unit * d1[m] * d1[n] + w11 * along * 2.0 * a * (d1[n] - i1 / 3.0 * ci[n])
-        matrix[m, m] -= unit if m < 3 else 0.5 * unit
+    _set_products(ci, mixed, both, matrix)
+    # The same factors gathered for every column: of inv(C), of I, and of dI1 of the isochoric C.
+    for n in range(6):
+        along = 2.0 * a * (d1[n] - i1 / 3.0 * ci[n])
+        by_inverse, by_unit = cross1 * d1[n] + cross2 * d2[n], cross1 * ci[n] + unit * d1[n]
+        for m in range(n + 1):
+            matrix[m, n] += ci[m] * by_inverse + d1[m] * by_unit + d2[m] * cross2 * ci[n]
+            matrix[m, n] += w11 * along * 2.0 * a * (d1[m] - i1 / 3.0 * ci[m])
+        matrix[n, n] -= unit if n < 3 else 0.5 * unit
+    _mirror(matrix)
 
 
 @njit(cache=True)
-def _add_products(ci: Array, mixed: float, both: float, matrix: Array) -> None:
-    """Set ``matrix`` to both inv(C) x inv(C) + mixed (inv(C)_ik inv(C)_jl + inv(C)_il inv(C)_jk)."""
+def _set_products(ci: Array, mixed: float, both: float, matrix: Array) -> None:
+    """Upper triangle of both inv(C) x inv(C) + mixed (inv(C)_ik inv(C)_jl + inv(C)_il inv(C)_jk)."""
     rows, cols = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
     tensor = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
-    for m in range(6):
-        for n in range(6):
-            i, j, k, l = rows[m], cols[m], rows[n], cols[n]  # noqa: E741
+    for n in range(6):
+        k, l = rows[n], cols[n]  # noqa: E741
+        for m in range(n + 1):
+            i, j = rows[m], cols[m]
             pair = ci[tensor[i][k]] * ci[tensor[j][l]] + ci[tensor[i][l]] * ci[tensor[j][k]]
             matrix[m, n] = both * ci[m] * ci[n] + mixed * pair
+
+
+@njit(cache=True)
+def _mirror(matrix: Array) -> None:
+    for n in range(6):
+        for m in range(n):
+            matrix[n, m] = matrix[m, n]
 
 
 @njit(cache=True)
@@ -254,4 +265,5 @@ def elasticity(law: int, parameters: Array, strain: Array, matrix: Array) -> Non
         pressure, slope = pressure_and_slope(parameters, np.sqrt(determinant))
         split_elasticity(parameters, strain, pressure, slope, matrix)
         return
-    _add_products(ci, mu - 0.5 * lam * np.log(determinant), lam, matrix)
+    _set_products(ci, mu - 0.5 * lam * np.log(determinant), lam, matrix)
+    _mirror(matrix)

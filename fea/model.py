@@ -16,7 +16,11 @@ from meshes.options import MeshOptions
 #: than the reactions of a held one.
 DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
     "solid": {"mesh": MeshOptions(), "motion_mesh": MeshOptions(along=12, across=4, through=1)},
-    "shell": {"mesh": MeshOptions(through=1), "motion_mesh": MeshOptions(along=8, across=4, through=1)},
+    # Elements smaller than the shell is thick resolve nothing at the clamps: evener than solids.
+    "shell": {
+        "mesh": MeshOptions(along=12, across=4, through=1, grading_along=0.5, grading_across=0.0),
+        "motion_mesh": MeshOptions(along=8, across=4, through=1, grading_along=0.5, grading_across=0.0),
+    },
 }
 
 

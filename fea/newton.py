@@ -179,7 +179,9 @@ def equilibrate(
         log.residuals.append(size / scale)
         if not np.isfinite(size):
             raise NotConvergedError("the residual is not finite")
-        if size <= max(options.tolerance * scale, system.noise):
+        # Rounding ends the descent: only then is its estimate, an upper one, believed.
+        stalled = size <= system.noise and len(log.residuals) > 1 and size > 0.5 * log.residuals[-2] * scale
+        if size <= options.tolerance * scale or stalled:
             log.converged = True
             return state
         try:

@@ -14,6 +14,7 @@ from fea.pattern import Pattern
 from fea.reduction import Reduction
 from fea.surface import Surface
 from fea.terms import Term
+from fea.viscosity import ViscousHistory
 
 Array = NDArray[np.float64]
 Ramp = Callable[[float], float]
@@ -128,6 +129,8 @@ class Problem:
         What holds, pushes and touches.
     solver
         Kind of linear solver.
+    seconds
+        Time, s, that t = 1 stands for in the viscous stress of slow motions; 0 leaves viscosity out.
     """
 
     parts: Sequence[Part]
@@ -139,6 +142,7 @@ class Problem:
     terms: Sequence[Term] = ()
     solver: str = "auto"
     viscous: Viscous | None = None
+    seconds: float = 0.0
     noise: float = field(default=0.0, init=False)
     linear: LinearSolver = field(init=False)
 
@@ -150,9 +154,16 @@ class Problem:
         self._floor = 1e-12 * stiffest * size**2
         for term in self.terms:
             term.prepare(np.zeros_like(self.points))
+        at_rest = [part.strains(np.zeros((part.nodes, 3))) for part in self.parts] if self.seconds else []
+        self._histories = [ViscousHistory.begin(p.material, e) for p, e in zip(self.parts, at_rest, strict=False)]
+        self._accepted_at = 0.0
         self._skew: list[tuple[slice, Array]] = []
         self._rows = np.zeros(0, dtype=np.int64)
         self._reduce_anew()
+
+    @property
+    def _placed(self) -> list[tuple[Part, slice]]:
+        return list(zip(self.parts, self.places, strict=True))
 
     def _reduce_anew(self) -> None:
         patterns = [part.pattern for part in self.parts]
@@ -171,14 +182,21 @@ class Problem:
     def internal(self, x: Array, t: float) -> Array:
         """Forces of parts and terms at displacements x (N, 3), N."""
         force = np.zeros_like(x)
-        for number, (part, place) in enumerate(zip(self.parts, self.places, strict=True)):
-            force[place] = part.internal_force(x[place], *self._past(number))
+        for number, (part, place) in enumerate(self._placed):
+            force[place] = part.internal_force(x[place], *self._past(number, t))
         for term in self.terms:
             force += term.force(x, t)
         return force
 
-    def _past(self, part: int) -> tuple[float, Array | None]:
-        return (0.0, None) if self.viscous is None else (self.viscous.viscosity[part], self.viscous.past[part])
+    def _past(self, part: int, t: float) -> tuple[float, Array | None]:
+        if self.viscous is not None:
+            return self.viscous.viscosity[part], self.viscous.past[part]
+        if not self._histories:
+            return 0.0, None
+        history, step = self._histories[part], self.seconds * (t - self._accepted_at)
+        if step > 0.0:
+            return history.coefficients(step)
+        return history.at_rate((history.strains - history.earlier) / history.step)
 
     def external(self, t: float) -> Array:
         """Dead nodal forces (N, 3), N."""
@@ -242,9 +260,9 @@ class Problem:
         x = self.displacement(y, t)
         last = None if step is None else x - self.displacement(y - step, t)
         force, data = np.zeros_like(x), []
-        for number, (part, place) in enumerate(zip(self.parts, self.places, strict=True)):
+        for number, (part, place) in enumerate(self._placed):
             moved = None if last is None else last[place]
-            force[place], values = part.tangent(x[place], *self._past(number), moved)
+            force[place], values = part.tangent(x[place], *self._past(number, t), moved)
             data.append(values)
         matrices = []
         for term in self.terms:
@@ -299,6 +317,9 @@ class Problem:
 
     def advance(self, y: Array, t: float, target: float) -> Array:
         """See ``fea.newton.System``."""
+        if self._histories:
+            # Viscous stress belongs to the whole increment: it has no derivative at its start.
+            return self.solve(-self.linearise(y, target)[0])
         right, _ = self.linearise(y, t)
         return self.solve(-right - (target - t) * self.rate(y, t, target))
 
@@ -321,6 +342,10 @@ class Problem:
         x = self.displacement(y, t)
         for term in self.terms:
             term.accept(x)
+        if self._histories:
+            step, strains = self.seconds * (t - self._accepted_at), [p.strains(x[i]) for p, i in self._placed]
+            self._histories = [h.accept(e, step) for h, e in zip(self._histories, strains, strict=True)]
+            self._accepted_at = t
         return self.links.rebase(y, t)
 
     def reject(self) -> None:
@@ -331,7 +356,7 @@ class Problem:
     def energy(self, y: Array, t: float) -> float:
         """Strain energy of the parts and stored energy of terms and springs, J."""
         x = self.displacement(y, t)
-        total = sum(float(p.strain_energy(x[place]).sum()) for p, place in zip(self.parts, self.places, strict=True))
+        total = sum(float(p.strain_energy(x[place]).sum()) for p, place in self._placed)
         return total + sum(term.energy(x, t) for term in self.terms) + self.spring_energy(y, t)
 
     def spring_energy(self, y: Array, t: float) -> float:

@@ -24,7 +24,6 @@ Ints = NDArray[np.int64]
 
 #: Directions with less than this share of the largest energy, at the size they have in the snapshots, are dropped.
 _ENERGY = 1e-10
-_KEPT_TANGENTS = 48
 
 
 def shaken(
@@ -102,13 +101,10 @@ class Reduction:
         q, speed = self._projected(u), self._projected(v)
         scheme = stepping.Scheme(*self.motion.scheme)
         past = scheme.viscous_time * _rates(q, speed)
-        shelf = stepping.Shelf(
-            np.zeros((_KEPT_TANGENTS, r, r)), np.zeros((_KEPT_TANGENTS, r)), np.zeros(2, np.int64)
-        )  # fmt: skip
         numbers, energies = np.empty((count, r)), np.empty((count, 2))
         done = stepping.run(
-            self.equations, scheme, shelf, foresight.trail(r), q, speed, np.zeros(r), past, step, substeps, INSTANTS,
-            pushed, numbers, energies, np.zeros(3, np.int64),
+            self.equations, scheme, foresight.trail(r), q, speed, np.zeros(r), past, step, substeps, INSTANTS,
+            pushed, numbers, energies,
         )  # fmt: skip
         numbers, times = numbers[:done], np.arange(done) * interval
         stopped = "" if done == count else f"no equilibrium of forces after {times[-1]:.6g} s"
@@ -126,7 +122,7 @@ class Reduction:
         return self.shapes.reshape(-1, r)[free].T @ (self.motion.mass @ np.asarray(nodal).reshape(-1)[free])
 
 
-def reduced(motion: ShellMotion, snapshots: Array, count: int = 12) -> Reduction:
+def reduced(motion: ShellMotion, snapshots: Array, count: int = 10) -> Reduction:
     """Reduced model of ``motion`` in ``count`` shapes of its ``snapshots`` (snapshots, nodes, 3), m.
 
     Raises

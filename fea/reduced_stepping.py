@@ -6,15 +6,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fea import foresight, multisecant
+from fea import foresight
 from fea.foresight import Trail
-from fea.multisecant import DEPTH
 
 Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
-_PATIENCE, _MOST = 8, 40
-_SUMS = {"reassoc", "contract", "nsz"}
+_MOST = 30
 
 
 class Reduced(NamedTuple):
@@ -45,14 +42,6 @@ class Scheme(NamedTuple):
     viscous_time: float
     mass_damping: float
     tolerance: float
-
-
-class Shelf(NamedTuple):
-    """Inverse tangents (kept, r, r), their states (kept, r), ``[filled, next]``."""
-
-    inverses: Array
-    states: Array
-    count: Ints
 
 
 @njit(cache=True)
@@ -105,11 +94,9 @@ def force(model: Reduced, q: Array, viscosity: float, past: Array, z: Array, res
 
 
 @njit(cache=True)
-def _inverse(model: Reduced, scheme: Scheme, q: Array, viscosity: float, past: Array, pulls: float) -> Array:
-    """Inverse of the derivative of the residual (r, r)."""
-    r, m = len(q), model.strains.shape[1]
-    z, slopes = np.empty(m), np.empty((m, r))
-    monomials(q, z)
+def _tangent(model: Reduced, q: Array, viscosity: float, past: Array, z: Array, slopes: Array) -> Array:
+    """Derivative (r, r) of ``force``."""
+    r = len(q)
     _slopes(q, slopes)
     stress = np.dot(np.dot(model.strains, (1.0 + viscosity) * z + past), model.strains)
     b = np.dot(model.strains, slopes)
@@ -120,66 +107,36 @@ def _inverse(model: Reduced, scheme: Scheme, q: Array, viscosity: float, past: A
             tangent[i, j] += stress[place]
             tangent[j, i] += stress[place]
             place += 1
-    tangent *= 1.0 - scheme.alpha_f
-    for i in range(r):
-        tangent[i, i] += pulls
-    return np.linalg.inv(tangent)
-
-
-@njit(cache=True)
-def _nearest(shelf: Shelf, q: Array) -> int:
-    best, least = -1, np.inf
-    for number in range(shelf.count[0]):
-        distance = 0.0
-        for k in range(len(q)):
-            distance += (q[k] - shelf.states[number, k]) ** 2
-        if distance < least:
-            best, least = number, distance
-    return best
+    return tangent
 
 
 @njit(cache=True)
 def _newton(
-    model: Reduced, scheme: Scheme, shelf: Shelf, known: Array, pulls: float, viscosity: float, past: Array,
-    q: Array, z: Array, forces: Array, largest: Array, counts: Ints,
+    model: Reduced, scheme: Scheme, known: Array, pulls: float, viscosity: float, past: Array,
+    q: Array, z: Array, slopes: Array, forces: Array, largest: Array,
 ) -> bool:  # fmt: skip
     """Find the end ``q`` of a step from a guess: pulls q + (1 - alpha_f) f(q) = known."""
-    r, learnt, chosen = len(q), 0, -1
-    steps, answers, right = np.empty((DEPTH + 1, r)), np.empty((DEPTH + 1, r)), np.empty(r)
-    for number in range(_MOST):
+    share = 1.0 - scheme.alpha_f
+    for _ in range(_MOST):
         force(model, q, viscosity, past, z, forces)
-        counts[1] += 1
-        size, scale = 0.0, 0.0
-        for k in range(r):
-            right[k] = known[k] - pulls * q[k] - (1.0 - scheme.alpha_f) * forces[k]
-            size += right[k] ** 2
-            scale += forces[k] ** 2
+        right = known - pulls * q - share * forces
+        size, scale = np.sqrt(np.dot(right, right)), max(largest[0], np.sqrt(np.dot(forces, forces)))
         if not np.isfinite(size):
             return False
-        size, scale = np.sqrt(size), max(largest[0], np.sqrt(scale))
         if size <= scheme.tolerance * scale:
             largest[0] = scale
             return True
-        if chosen < 0:
-            chosen = _nearest(shelf, q)
-        if chosen < 0 or (number and number % _PATIENCE == 0):
-            chosen, learnt = shelf.count[1], 0
-            shelf.inverses[chosen] = _inverse(model, scheme, q, viscosity, past, pulls)
-            shelf.states[chosen] = q
-            shelf.count[0] = max(shelf.count[0], chosen + 1)
-            shelf.count[1] = (chosen + 1) % len(shelf.states)
-            counts[2] += 1
-        step = np.dot(shelf.inverses[chosen], right)
-        learnt = multisecant.improve(steps, answers, learnt, step)
-        for k in range(r):
-            q[k] += step[k]
+        tangent = share * _tangent(model, q, viscosity, past, z, slopes)
+        for k in range(len(q)):
+            tangent[k, k] += pulls
+        q += np.linalg.solve(tangent, right)
     return False
 
 
 @njit(cache=True)
 def run(
-    model: Reduced, scheme: Scheme, shelf: Shelf, trail: Trail, q: Array, v: Array, a: Array, past: Array,
-    step: float, substeps: int, instants: int, base: Array, result: Array, energies: Array, counts: Ints,
+    model: Reduced, scheme: Scheme, trail: Trail, q: Array, v: Array, a: Array, past: Array,
+    step: float, substeps: int, instants: int, base: Array, result: Array, energies: Array,
 ) -> int:  # fmt: skip
     """Fill ``result`` (samples, r) and ``energies`` (samples, 2), kinetic and strain; returns how many.
 
@@ -187,9 +144,8 @@ def run(
     """
     r, m = len(q), model.strains.shape[1]
     am, af, beta, gamma, drag = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma, scheme.mass_damping
-    z, earlier, now, forces, old, known, u = (
-        np.empty(m), np.empty(m), np.empty(m), np.empty(r), np.empty(r), np.empty(r), np.empty(r)
-    )  # fmt: skip
+    z, earlier, now, slopes = np.empty(m), np.empty(m), np.empty(m), np.empty((m, r))
+    forces, old, known, u = np.empty(r), np.empty(r), np.empty(r), np.empty(r)
     tiny = np.finfo(np.float64).tiny
     force(model, q, tiny, past, z, old)
     a[:] = model.load - np.dot(model.push, base[0]) - old - drag * v
@@ -217,9 +173,8 @@ def run(
         past[:] = tau * (ratio**2 / (1.0 + ratio) * earlier - (1.0 + ratio) * z)
         if not foresight.guess(trail, u):
             u[:] = q + step * v + 0.5 * step**2 * a
-        if not _newton(model, scheme, shelf, known, pulls, viscosity, past, u, now, forces, largest, counts):
+        if not _newton(model, scheme, known, pulls, viscosity, past, u, now, slopes, forces, largest):
             return number // substeps + 1
-        counts[0] += 1
         foresight.remember(trail, u)
         for k in range(r):
             a1 = (u[k] - q[k] - step * v[k]) / (beta * step**2) - (0.5 / beta - 1.0) * a[k]

@@ -19,8 +19,8 @@ from fea.shell_kernels import Elements, Tables, add_force, add_tangent, sampled_
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: A tangent is renewed after so many iterations of one step, and again and again if that does not help.
-_PATIENCE, _MOST = 10, 50
+#: Iterations with one tangent, with those after it in the same step, in all; and shortened steps.
+_PATIENCE, _WILD, _MOST, _CUTS = 10, 3, 60, 8
 #: Base accelerations are given at so many instants a step; between them they are linear.
 INSTANTS = 8
 _HALVINGS = 6
@@ -267,18 +267,30 @@ def _nearest(shelf: Shelf, u: Array) -> int:
 def _newton(system: System, scheme: Scheme, state: State, step: float, outer: Array, u: Array, work: Work) -> bool:
     """Find the end ``u`` of a step from a guess; leaves forces and reaction behind."""
     _known(system, scheme, state, step, outer, work)
-    known, learnt, chosen = work.step.copy(), 0, -1
-    for number in range(_MOST):
+    known, learnt, chosen, used, patience = work.step.copy(), 0, -1, 0, _PATIENCE
+    least, cuts = np.inf, 0
+    for _ in range(_MOST):
         reaction = _residual(system, scheme, state, step, known, u, work)
         size = np.sqrt(_dot(work.right, work.right))
-        if not np.isfinite(size):
-            return False
+        if not (np.isfinite(size) and size <= 1e3 * least):
+            # Far too far: a quarter of the step will have to do, and a tangent from there.
+            cuts += 1
+            if cuts > _CUTS or chosen < 0:
+                return False
+            for k in range(len(u)):
+                work.step[k] *= 0.25
+                u[k] -= 3.0 * work.step[k]
+            used = patience
+            continue
+        least = min(least, size)
         if size <= scheme.tolerance * max(state.numbers[1], reaction):
             state.numbers[1] = max(state.numbers[1], reaction)
             return True
         if chosen < 0:
             chosen = _nearest(work.shelf, u)
-        if chosen < 0 or (number and number % _PATIENCE == 0):
+        if chosen < 0 or used == patience:
+            # A step that its tangent does not finish is a wild one: the next tangents serve shorter.
+            patience, used = _PATIENCE if chosen < 0 else _WILD, 0
             moved = work.steps[learnt - 1] if learnt else np.zeros(len(u))
             chosen, learnt = work.shelf.count[1], 0
             if not _linearise(system, scheme, state, step, u, moved, work):
@@ -291,6 +303,7 @@ def _newton(system: System, scheme: Scheme, state: State, step: float, outer: Ar
         learnt = multisecant.improve(work.steps, work.answers, learnt, work.step)
         for k in range(len(u)):
             u[k] += work.step[k]
+        used += 1
     return False
 
 
@@ -335,7 +348,7 @@ def _advance(system: System, scheme: Scheme, state: State, step: float, base: Ar
         _outer(base, INSTANTS * (number + (done + 1) / parts), end)
         outer[:] = scheme.alpha_f * begin + (1.0 - scheme.alpha_f) * end
         if not foresight.guess(work.trail, u):
-            u[:] = state.u + short * state.v + 0.5 * short**2 * state.a
+            u[:] = state.u + short * state.v
         work.counts[0] += 1
         if _newton(system, scheme, state, short, outer, u, work):
             _accept(system, scheme, state, short, 0.5 * (begin + end), u, work)

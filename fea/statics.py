@@ -1,7 +1,7 @@
 """Static solutions of a case: to given load factors, by a steered displacement, along the whole path."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from fea.case import Case
 from fea.controls import ArcLength, DisplacementControl
-from fea.newton import Branch, DivergedError, History, Options, attempt, follow
+from fea.linear import SingularMatrixError
+from fea.newton import Branch, DivergedError, History, Increment, NotConvergedError, Options, attempt, follow, settle
 from fea.problem import Problem
 from fea.run import Run
 from fea.support import require_support
@@ -19,6 +20,10 @@ Array = NDArray[np.float64]
 _AXES = {"x": 0, "y": 1, "z": 2}
 # Turn of a traced path, rad, that the next increment aims at.
 _TURN = 0.1
+# Share of an interval below which smaller load increments are not tried before the arc length is.
+_STUBBORN = 4e-3
+# How often, with how many points and from which first length the arc length may help one load on.
+_WALKS, _POINTS, _FIRST_STEP = 10, 300, 0.01
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,7 @@ class Steer:
 
 def static(
     case: Case, at: Sequence[float] | Array = (1.0,), steer: Steer | None = None, first: float | None = None,
-    options: Options | None = None, every: bool = False,
+    options: Options | None = None, every: bool = False, seconds: float = 0.0,
 ) -> Run:  # fmt: skip
     """Follow equilibria from rest through the parameters ``at``.
 
@@ -51,6 +56,9 @@ def static(
         Tolerances and limits of Newton's method.
     every
         Record every increment instead of only those at ``at``.
+    seconds
+        Time, s, that passes while t goes from 0 to 1, for creep, relaxation and hysteresis of viscous materials
+        without inertia; 0: so slow that nothing viscous is felt.  Not with ``steer``.
 
     Returns
     -------
@@ -66,7 +74,9 @@ def static(
     if not len(levels) or (np.diff(np.concatenate([[0.0], levels])) <= 0).any():
         raise ValueError(f"'at' must be positive and growing, not {levels.tolist()}")
     began = perf_counter()
-    problem = case.problem()
+    if seconds and steer is not None:
+        raise ValueError("'seconds' and 'steer' exclude each other: a steered load factor is no time")
+    problem = case.problem(seconds)
     require_support(case, problem)
     run, history, options = Run(case, problem), History(), options or Options()
     system: Problem | DisplacementControl = problem
@@ -84,7 +94,7 @@ def static(
                     if attempt(system, branch, target, True, options, history, float(levels[-1])):
                         _take(run, steer is not None, target, branch.states[-1])
             else:
-                _take(run, steer is not None, level, follow(system, branch, float(level), options, history))
+                _take(run, steer is not None, level, _reach(system, branch, float(level), options, history))
     except DivergedError as error:
         run.status = "diverged"
         run.reason = f"stopped at {100 * error.reached / levels[-1]:.3g} % of the way: {error}"
@@ -93,6 +103,54 @@ def static(
     run.reached = float(branch.parameters[-1] / levels[-1])
     run.history, run.wall_time = history.summary(), perf_counter() - began
     return run
+
+
+def _reach(
+    system: Problem | DisplacementControl, branch: Branch, level: float, options: Options, history: History
+) -> Array:
+    """State at ``level``.  A load that no equilibrium nearby can bear is walked around by arc length: a snap."""
+    if isinstance(system, DisplacementControl) or system.seconds:
+        return follow(system, branch, level, options, history)
+    eager = replace(options, min_increment=max(options.min_increment, _STUBBORN))
+    for _ in range(_WALKS):
+        try:
+            return follow(system, branch, level, eager, history)
+        except DivergedError as error:
+            if not _walk(system, branch, level, options, history):
+                raise DivergedError(f"{error}; nor does the arc length lead on", error.reached, error.state) from None
+    return follow(system, branch, level, options, history)
+
+
+def _walk(problem: Problem, branch: Branch, level: float, options: Options, history: History) -> bool:
+    """Go on by arc length until the load has fallen and come back, or reached ``level``; whether that was possible."""
+    bases, here, reached = [part.base for part in problem.links.rigid], branch.states[-1], branch.parameters[-1]
+    try:
+        system = ArcLength(problem, here, reached, level)
+        path, top, fell = Branch.start(np.append(here, reached), _FIRST_STEP), reached, False
+        for _ in range(_POINTS):
+            last, size = path.states[-1], path.increment
+            if not attempt(system, path, path.parameters[-1] + size, True, options, history, _FIRST_STEP):
+                continue
+            path.increment = min(path.increment, size * _TURN / max(system.turn, 1e-9))
+            now = float(path.states[-1][-1])
+            if now >= level:
+                share = (level - last[-1]) / (now - last[-1])
+                guess = last[:-1] + share * (path.states[-1] - last)[:-1]
+                log = Increment(level)
+                history.increments.append(log)
+                branch.parameters, branch.states = [level], [settle(problem, last[:-1], guess, level, options, log)]
+                return True
+            if fell and now > top:
+                branch.parameters, branch.states = [now], [path.states[-1][:-1]]
+                branch.increment, branch.smooth = (level - now) / 10, False
+                return True
+            fell, top = fell or now < top, max(top, now)
+    except (DivergedError, NotConvergedError, SingularMatrixError):
+        pass
+    for part, base in zip(problem.links.rigid, bases, strict=True):
+        part.base = base
+    branch.parameters, branch.states = [reached], [here]
+    return False
 
 
 def _take(run: Run, steered: bool, parameter: float, state: Array) -> None:

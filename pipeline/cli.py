@@ -74,6 +74,9 @@ def _parser() -> argparse.ArgumentParser:
         ("show", "print the accuracy table of a finished study"),
     ):
         add(name, _COMMANDS[name], text, "config/quick.yaml").add_argument("study", type=Path)
+    measure = add("bench", _bench, "run benchmarks and write runs/bench/benchmarks.csv", "tube_pinch")
+    measure.add_argument("names", nargs="*", metavar="NAME", help="benchmarks (default: all)")
+    measure.add_argument("--list", action="store_true", help="only list their names")
     schema = add("schema", _schema, "print the JSON schema of study files", "> config/study.schema.json")
     schema.set_defaults(study=None)
     return parser
@@ -146,6 +149,15 @@ def _show(options: argparse.Namespace) -> int:
     from pipeline.run import show_results
 
     return show_results(_plan_of(options))
+
+
+def _bench(options: argparse.Namespace) -> int:
+    from pipeline.bench import bench, benchmarks
+
+    if options.list:
+        print("\n".join(benchmarks()))
+        return OK
+    return OK if bench(options.names) else SAMPLE_FAILED
 
 
 def _schema(options: argparse.Namespace) -> int:

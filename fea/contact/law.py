@@ -52,7 +52,7 @@ class ContactLaw:
     factor
         Penalty as a multiple of E/h; None: 1 for walls, 10 for solids.
     blend
-        Width w of the blend as a fraction of h.
+        Width w of the blend as a fraction of h; None: twice the tolerance.
     tolerance
         Largest penetration, as a fraction of h, at which multipliers stay as they are; None: 0.01 for walls,
         0.001 for solids, whose deformation at the surface is a small part of h.
@@ -62,7 +62,7 @@ class ContactLaw:
     thickness: float | None = None
     friction: float = 0.0
     factor: float | None = None
-    blend: float = 0.02
+    blend: float | None = None
     tolerance: float | None = None
 
     def __post_init__(self) -> None:
@@ -80,7 +80,7 @@ class ContactLaw:
         factor = self.factor or (10.0 if solid else 1.0)
         tolerance = self.tolerance or (0.001 if solid else 0.01)
         softer = np.minimum(1.0, 16 / 3 * (h / size) ** 4)
-        return Scales(h, factor * softer * self.modulus / h, self.blend * h, tolerance * h)
+        return Scales(h, factor * softer * self.modulus / h, (self.blend or 2 * tolerance) * h, tolerance * h)
 
 
 @dataclass(frozen=True)

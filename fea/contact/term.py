@@ -103,6 +103,11 @@ class FacetContact:
         tangents = np.einsum("qjk,fkc->fqjc", self._shapes.slopes, positions[self._slaves])
         return np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=2) * self._shapes.weights
 
+    @property
+    def areas(self) -> Array:
+        """Undeformed area that each contact point stands for (n,), m^2."""
+        return self._area.ravel()
+
     def _set_pairs(self, pairs: Ints) -> None:
         """Pairs (m, 2) of slave and master facets, ordered by slave."""
         self._pairs = pairs
@@ -190,7 +195,7 @@ class FacetContact:
     def _augment_friction(self, now: Touch) -> bool:
         if self.law.friction == 0.0:
             return False
-        limit, weights = self.law.friction * now.pressure, self._area.ravel()
+        limit, weights = self.law.friction * now.pressure, self.areas
         lag = np.abs(limit - self._memory.limit) @ weights
         fresh = (now.pressure > 0) & (self._memory.anchor < 0)
         if lag <= _LAG * (limit @ weights):
@@ -224,7 +229,7 @@ class FacetContact:
         moved, left = held[sliding], (free / np.maximum(slip, free))[sliding]
         anchor[moved] = self._master_of[self._pair[moved]]
         anchor_at[moved] = self._at[moved] + left[:, None] * (start[sliding] - self._at[moved])
-        lost = ((slip - free) * memory.limit[held] * self._share * self._area.ravel()[held])[sliding]
+        lost = ((slip - free) * memory.limit[held] * self._share * self.areas[held])[sliding]
         self._memory = replace(memory, anchor=anchor, anchor_at=anchor_at, slid=memory.slid + float(lost.sum()))
 
     def reject(self) -> None:
@@ -234,7 +239,7 @@ class FacetContact:
     def report(self, x: Array) -> dict[str, float]:
         """Forces on the slave, the extremes over its points, and energy lost in friction."""
         now = self.touch(x, self._t)
-        weights = self._share * self._area.ravel()
+        weights = self._share * self.areas
         pull = weights @ (now.pressure[:, None] * now.normal - now.shear)
         shrunk = self._area / self._areas(self._positions(x, self._t))
         return {

@@ -226,6 +226,15 @@ def test_any_number_of_threads_gives_the_same_bits(kind, law, monkeypatch):
         pytest.skip("one thread only: nothing to compare")
 
 
+def test_warming_up_compiles_what_large_meshes_use(monkeypatch):
+    kernels.warm_up()
+    body = Body(mesh_of("tetrahedra", 1), material("neo-hookean"))
+    monkeypatch.setattr(kernels, "WORTH_SHARING", 0)
+    before = [len(f.signatures) for f in (kernels._forces_shared, kernels._tangents_shared)]
+    body.tangent(random_field(body, 0.01))
+    assert [len(f.signatures) for f in (kernels._forces_shared, kernels._tangents_shared)] == before
+
+
 def test_elements_of_one_colour_share_no_node(kind):
     body = Body(mesh_of(kind, 3), material("yeoh"))
     scatter = body._scatter

@@ -4,8 +4,9 @@ import os
 import re
 import shutil
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from time import perf_counter
 
 import numpy as np
@@ -99,15 +100,16 @@ class Answer:
         Pseudo-time of the increments and total force that the supports put on the watched nodes (increments, 3), N.
     iterations
         Of all increments.
-    seconds
-        Wall time of the process.
+    seconds, processor
+        Wall time of the process, and processor time of all its threads.
     """
 
     displacements: dict[int, Array]
     times: Array
     reactions: Array
     iterations: int
-    seconds: float
+    seconds: float = 0.0
+    processor: float = 0.0
 
 
 def solve(deck: Deck, folder: Path, threads: int = 2) -> Answer:
@@ -122,19 +124,20 @@ def solve(deck: Deck, folder: Path, threads: int = 2) -> Answer:
     if ccx is None:
         raise FileNotFoundError(f"CalculiX is not installed; {INSTALL}")
     (folder / "job.inp").write_text(deck.text(), encoding="ascii")
-    begin = perf_counter()
+    begin, spent = perf_counter(), getrusage(RUSAGE_CHILDREN)
     done = subprocess.run(
         [ccx, "job"], cwd=folder, capture_output=True, text=True, check=False,
         env=os.environ | {"OMP_NUM_THREADS": str(threads)},
     )  # fmt: skip
-    seconds = perf_counter() - begin
-    answer = read(folder / "job.dat", folder / "job.sta", seconds) if (folder / "job.dat").exists() else None
+    seconds, after = perf_counter() - begin, getrusage(RUSAGE_CHILDREN)
+    answer = read(folder / "job.dat", folder / "job.sta") if (folder / "job.dat").exists() else None
     if done.returncode or answer is None or not len(answer.times) or abs(answer.times[-1] - 1.0) > 1e-6:
         raise RuntimeError(f"CalculiX did not reach the end:\n{done.stdout[-2000:]}{done.stderr[-500:]}")
-    return answer
+    processor = after.ru_utime + after.ru_stime - spent.ru_utime - spent.ru_stime
+    return replace(answer, seconds=seconds, processor=processor)
 
 
-def read(printed: Path, status: Path, seconds: float = 0.0) -> Answer:
+def read(printed: Path, status: Path) -> Answer:
     """Displacements and forces of the file of printed results; iterations of the status file."""
     displacements: dict[int, Array] = {}
     times, reactions, head = [], [], ""
@@ -152,4 +155,4 @@ def read(printed: Path, status: Path, seconds: float = 0.0) -> Answer:
             reactions.append(np.array(numbers, dtype=float))
     rows = [line.split() for line in status.read_text(encoding="ascii").splitlines()]
     iterations = sum(int(row[3]) for row in rows if row and row[0].isdigit())
-    return Answer(displacements, np.array(times), np.reshape(reactions, (-1, 3)), iterations, seconds)
+    return Answer(displacements, np.array(times), np.reshape(reactions, (-1, 3)), iterations)

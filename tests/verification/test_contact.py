@@ -46,7 +46,7 @@ def test_a_block_on_a_plane_feels_one_pressure():
     assert run.completed, run.reason
     exact = -uniaxial(1 - 0.004 / 0.1) * 0.06
     show("force, N", exact, report(run, "normal force [N], term 0"))
-    assert report(run, "normal force [N], term 0") == pytest.approx(exact, rel=1e-4)
+    assert report(run, "normal force [N], term 0") == pytest.approx(exact, rel=3e-4)
     pressure = contact[-1].fields(run.field())["contact pressure [Pa]"][surface.nodes]
     np.testing.assert_allclose(pressure, pressure.mean(), rtol=1e-8)
 
@@ -92,15 +92,17 @@ def test_hertz_cylinder_on_a_plane():
     half_width, largest = np.sqrt(4 * line * radius / (np.pi * stiff)), np.sqrt(line * stiff / (np.pi * radius))
     touch = contact[-1].touch(run.field(), 1.0)
     places = np.einsum("qk,fkc->fqc", surface.shapes().values, (case.points + run.field())[surface.facets])
-    x, pressure = places[..., 0].ravel(), touch.pressure
-    # Hertz: p^2 falls linearly with x^2, to zero at the half-width.
-    inside = x < 0.8 * half_width
-    slope, top = np.polyfit(x[inside] ** 2, pressure[inside] ** 2, 1)
-    show("largest pressure, Pa", largest, np.sqrt(top))
-    show("half-width, m", half_width, np.sqrt(-top / slope))
+    x = places[..., 0].ravel()
+    # Hertz: p = p0 sqrt(1 - x^2/a^2), whose mean of x^2 is a^2/4.
+    weights = touch.pressure * contact[-1].areas
+    ours = 2 * np.sqrt(weights @ x**2 / weights.sum())
+    profile = np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0))
+    top = (contact[-1].areas * profile) @ touch.pressure / ((contact[-1].areas * profile) @ profile)
+    show("largest pressure, Pa", largest, top)
+    show("half-width, m", half_width, ours)
     assert half_width / radius == pytest.approx(0.025, abs=0.005)
-    assert np.sqrt(top) == pytest.approx(largest, rel=0.03)
-    assert np.sqrt(-top / slope) == pytest.approx(half_width, rel=0.03)
+    assert top == pytest.approx(largest, rel=0.015)
+    assert ours == pytest.approx(half_width, rel=0.015)
 
 
 def test_a_block_sticks_then_slides_with_the_coefficient_of_friction():
@@ -193,7 +195,7 @@ def test_ring_between_plates_follows_the_exact_elastica():
     assert np.mean(tangents) < 6
 
 
-def pinch(elements, thickness, law, last, plates=None):
+def pinch(elements, thickness, law, last, plates=None, tolerance=None):
     """Half a ring, pinched by lines until the outer lines are ``last`` apart, then flattened between plates."""
     shell = ring(elements, thickness, -np.pi / 2, np.pi / 2, law)
     case = Case(shell).symmetry("begin", "x").symmetry("end", "x").fix("sides", "z")
@@ -203,10 +205,14 @@ def pinch(elements, thickness, law, last, plates=None):
     for name, sign in (("end", 1.0), ("begin", -1.0)):
         line = lambda x, sign=sign: (np.abs(x[:, 0]) < 1e-3) & (np.abs(x[:, 1] - sign * outside) < 1e-3)  # noqa: E731
         case.fix(line, "y", to=-sign * travel, ramp=to_touch).watch(name, line)
-    surface, outer, figures = case.surface("bottom"), case.surface("top"), ContactLaw(MODULUS, thickness)
+    surface, outer, figures = (
+        case.surface("bottom"),
+        case.surface("top"),
+        ContactLaw(MODULUS, thickness, tolerance=tolerance),
+    )
     case.add(lambda points: SurfaceContact(surface, surface, points, figures))
     if plates is not None:
-        down = stages((1, 0.3 * RADIUS), (2, outside - plates))
+        down = stages((1, 0), (2, outside - plates))
         for sign in (1.0, -1.0):
             plane = Plane(np.array([0, sign * outside, 0]), np.array([0, -sign, 0]), down)
             case.add(lambda points, plane=plane: PlaneContact(outer, points, plane, figures))
@@ -214,26 +220,27 @@ def pinch(elements, thickness, law, last, plates=None):
 
 
 def test_pinched_ring_touches_itself_as_it_touches_its_plane_of_symmetry():
-    thickness, last = 0.04, 2 * 0.04 * 0.995
-    case = pinch(48, thickness, "saint-venant-kirchhoff", last)
+    thickness, last = 0.04, 2 * 0.04 * 0.98
+    case = pinch(48, thickness, "saint-venant-kirchhoff", last, tolerance=1e-3)
     at = np.round(np.arange(0.025, 1.0001, 0.025), 6)
     run = static(case, at)
     assert run.completed, run.reason
-    assert 0 < report(run, "largest penetration [m], term 0") < 0.01 * thickness
+    assert 0 < report(run, "largest penetration [m], term 0") <= 1e-3 * thickness
+    print("tangents per increment of 5 % of R:", [i["tangents"] for i in run.history["per_increment"]])
     quarter = Case(ring(24, thickness, 0.0, np.pi / 2)).symmetry("begin", "y").symmetry("end", "x").fix("sides", "z")
     top = lambda x: (np.abs(x[:, 0]) < 1e-3) & (np.abs(x[:, 1] - RADIUS - thickness / 2) < 1e-3)  # noqa: E731
     quarter.fix(top, "y", to=last / 2 - RADIUS - thickness / 2)
-    surface, law = quarter.surface("bottom"), ContactLaw(MODULUS, thickness)
+    surface, law = quarter.surface("bottom"), ContactLaw(MODULUS, thickness, tolerance=1e-3)
     plane = Plane(np.zeros(3), np.array([0, 1.0, 0]))
     quarter.add(lambda points: PlaneContact(surface, points, plane, law))
     half = static(quarter, at)
+    assert half.completed, half.reason
     show(
         "force between the walls, N",
         report(half, "normal force [N], term 0"),
         report(run, "normal force [N], term 0"),
     )
-    # The plane takes half the penetration, so that the walls are pressed a little harder by it.
-    assert report(run, "normal force [N], term 0") == pytest.approx(report(half, "normal force [N], term 0"), rel=0.1)
+    assert report(run, "normal force [N], term 0") == pytest.approx(report(half, "normal force [N], term 0"), rel=0.05)
 
 
 @pytest.mark.slow
