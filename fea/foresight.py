@@ -21,7 +21,7 @@ _SUMS = {"reassoc", "contract", "nsz"}
 
 
 class Trail(NamedTuple):
-    """The last vectors in a ring (kept, n), their scalar products (kept, kept), and ``[place of the newest, count]``."""
+    """The last vectors in a ring (kept, n), their scalar products (kept, kept), ``[place of the newest, count]``."""
 
     vectors: Array
     products: Array
@@ -85,7 +85,8 @@ def _learnt(trail: Trail, weights: Array) -> Array:
         return right
     for k in range(p):
         matrix[k, k] += 1e-6 * matrix[k, k] + 1e-15 * largest
-    return np.linalg.solve(matrix, right)
+    right[:] = np.linalg.solve(matrix, right)
+    return right
 
 
 @njit(cache=True)

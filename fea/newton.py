@@ -322,8 +322,14 @@ def settle(system: System, before: Array, guess: Array, target: float, options: 
 
 
 def _guess(system: System, path: Branch, target: float, log: Increment) -> Array:
-    """Extrapolation on a smooth path; else the tangent, whose step does not stretch what turns."""
+    """Extrapolation on a smooth path, unless a kink makes it worse than none; else the tangent.
+
+    The tangent's step does not stretch what turns.
+    """
+    here = path.states[-1]
     if path.smooth and len(path.states) > 2:
-        return path.predict(target)
+        guess = path.predict(target)
+        if np.linalg.norm(system.residual(guess, target)[0]) < np.linalg.norm(system.residual(here, target)[0]):
+            return guess
     log.tangents += 1
-    return path.states[-1] + system.advance(path.states[-1], path.parameters[-1], target)
+    return here + system.advance(here, path.parameters[-1], target)

@@ -96,8 +96,8 @@ class Reduction:
     ) -> Trajectory:  # fmt: skip
         """What ``ShellMotion.run`` does; starts are projected onto the shapes."""
         step, r = interval / substeps, self.shapes.shape[2]
-        instants = np.arange(INSTANTS * substeps * (count - 1) + 1) * (step / INSTANTS)
-        pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=float)
+        instants = (step / INSTANTS) * np.arange(INSTANTS * substeps * (count - 1) + 1, dtype=np.float64)
+        pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=np.float64)
         q, speed = self._projected(u), self._projected(v)
         scheme = stepping.Scheme(*self.motion.scheme)
         past = scheme.viscous_time * _rates(q, speed)
@@ -106,14 +106,15 @@ class Reduction:
             self.equations, scheme, foresight.trail(r), q, speed, np.zeros(r), past, step, substeps, INSTANTS,
             pushed, numbers, energies,
         )  # fmt: skip
-        numbers, times = numbers[:done], np.arange(done) * interval
+        numbers, times = numbers[:done], interval * np.arange(done, dtype=np.float64)
         stopped = "" if done == count else f"no equilibrium of forces after {times[-1]:.6g} s"
         sampled = pushed[:: INSTANTS * substeps][:done] if len(pushed) > 1 else np.zeros((done, 3))
         force = self.equations.load - sampled @ self.equations.push.T
         gains = np.einsum("sr,sr->s", 0.5 * (force[1:] + force[:-1]), np.diff(numbers, axis=0))
         shapes = self.shapes if kept is None else self.shapes[kept]
         displacement = (numbers @ shapes.reshape(-1, r).T).reshape(done, -1, 3)
-        return Trajectory(times, displacement, *energies[:done].T.copy(), np.cumsum([0.0, *gains]), stopped)
+        kinetic, strain = energies[:done].T.copy()
+        return Trajectory(times, displacement, kinetic, strain, np.cumsum([0.0, *gains]), stopped)
 
     def _projected(self, nodal: Array | None) -> Array:
         free, r = self.motion.free, self.shapes.shape[2]
@@ -131,7 +132,9 @@ def reduced(motion: ShellMotion, snapshots: Array, count: int = 10) -> Reduction
         For another law than Saint Venant-Kirchhoff, or snapshots that hold too few shapes.
     """
     if LAWS[motion.shell.material.law] != SAINT_VENANT_KIRCHHOFF:
-        raise ValueError(f"only Saint Venant-Kirchhoff's energy is a polynomial, not that of {motion.shell.material.law}")
+        raise ValueError(
+            f"only Saint Venant-Kirchhoff's energy is a polynomial, not that of {motion.shell.material.law}"
+        )
     shapes = proper_shapes(motion, snapshots, count)
     system, flat = motion.system, shapes.reshape(-1, count)
     numbers = snapshots.reshape(len(snapshots), -1)[:, motion.free] @ (motion.mass @ flat[motion.free])

@@ -265,7 +265,11 @@ def _solve(matrix: Array, right: Array) -> None:
 
 @njit(cache=True, fastmath=_SUMS)
 def _compatible(transforms: Array, tables: Tables, e: Array, strains: Array) -> None:
-    """Local strains (18, 6) that the sampled ones alone cause."""
+    """Local strains (18, 6) that the sampled ones alone cause.
+
+    Transverse shears are the mean of both layers: where the walls are warped or the thickness runs obliquely,
+    bending would leak into a part that changes sign through the thickness, and stiffen the shell.
+    """
     covariant = np.empty(6)
     for q in range(18):
         _fill(covariant, 0.0)
@@ -276,6 +280,11 @@ def _compatible(transforms: Array, tables: Tables, e: Array, strains: Array) -> 
             for n in range(6):
                 total += transforms[q, m, n] * covariant[n]
             strains[q, m] = total
+    for q in range(0, 18, 2):
+        for m in range(4, 6):
+            mean = 0.5 * (strains[q, m] + strains[q + 1, m])
+            strains[q, m] = mean
+            strains[q + 1, m] = mean
 
 
 @njit(cache=True)
@@ -347,11 +356,31 @@ def _point_stresses(
     law: int, parameters: Array, transforms: Array, volumes: Array, tables: Tables, strains: Array, stress: Array
 ) -> None:
     """Tying stresses (53,) of the local strains (18, 6)."""
-    local = np.empty(6)
+    local = np.empty((2, 6))
     _fill(stress, 0.0)
-    for q in range(18):
-        second_piola(law, parameters, strains[q], local)
-        _add_stress(transforms, volumes, tables, q, local, stress)
+    for first in range(0, 18, 2):
+        second_piola(law, parameters, strains[first], local[0])
+        second_piola(law, parameters, strains[first + 1], local[1])
+        for m in range(4, 6):
+            shared = 0.5 * (volumes[first] * local[0, m] + volumes[first + 1] * local[1, m])
+            local[0, m] = shared / volumes[first]
+            local[1, m] = shared / volumes[first + 1]
+        _add_stress(transforms, volumes, tables, first, local[0], stress)
+        _add_stress(transforms, volumes, tables, first + 1, local[1], stress)
+
+
+@njit(cache=True)
+def _strains_of_ties(transforms: Array, tables: Tables, q: int, b: Array) -> None:
+    """Local strains at a point by its own sampled strains and by those of the point in the other layer, (6, 42)."""
+    entries, other = len(COMPONENTS), q ^ 1
+    for n in range(entries):
+        component = COMPONENTS[n]
+        for m in range(4):
+            b[m, n] = tables.weights[q, n] * transforms[q, m, component]
+            b[m, entries + n] = 0.0
+        for m in range(4, 6):
+            b[m, n] = 0.5 * tables.weights[q, n] * transforms[q, m, component]
+            b[m, entries + n] = 0.5 * tables.weights[other, n] * transforms[other, m, component]
 
 
 @njit(cache=True, fastmath=_SUMS)
@@ -366,19 +395,23 @@ def _point_stiffness(
     _fill(stiffness.reshape(-1), 0.0)
     _fill(coupling.reshape(-1), 0.0)
     _fill(enhanced.reshape(-1), 0.0)
-    turned, covariant, entries = np.empty((6, 6)), np.empty((6, 6)), len(COMPONENTS)
+    entries = len(COMPONENTS)
+    b, turned, product = np.empty((6, 2 * entries)), np.empty((6, 2 * entries)), np.empty((2 * entries, 2 * entries))
+    ties = np.empty(2 * entries, np.int64)
     for q in range(18):
-        np.dot(moduli[q], transforms[q], turned)
-        np.dot(transforms[q].T, turned, covariant)
-        for m in range(entries):
-            weight, row = volumes[q] * tables.weights[q, m], tables.ties[q, m]
-            for n in range(entries):
-                value = weight * tables.weights[q, n] * covariant[COMPONENTS[m], COMPONENTS[n]]
-                stiffness[row, tables.ties[q, n]] += value
+        _strains_of_ties(transforms, tables, q, b)
+        for n in range(entries):
+            ties[n] = tables.ties[q, n]
+            ties[entries + n] = tables.ties[q ^ 1, n]
+        np.dot(moduli[q], b, turned)
+        np.dot(b.T, turned, product)
+        for m in range(2 * entries):
+            for n in range(2 * entries):
+                stiffness[ties[m], ties[n]] += volumes[q] * product[m, n]
         for j in range(len(coupling)):
             basis = volumes[q] * spread[q] * tables.enhanced[q, j]
-            for n in range(entries):
-                coupling[j, tables.ties[q, n]] += basis * tables.weights[q, n] * turned[2, COMPONENTS[n]]
+            for n in range(2 * entries):
+                coupling[j, ties[n]] += basis * turned[2, n]
             for k in range(len(coupling)):
                 enhanced[j, k] += basis * spread[q] * tables.enhanced[q, k] * moduli[q, 2, 2]
 

@@ -5,7 +5,6 @@ Displacements are relative to the clamp.  A moving clamp acts by its acceleratio
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,8 +146,10 @@ class ShellMotion:
             Nodes whose displacement is wanted; None: all.
         """
         step = interval / substeps
-        instants = np.arange(stepping.INSTANTS * substeps * (count - 1) + 1) * (step / stepping.INSTANTS)
-        pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=float)
+        instants = (step / stepping.INSTANTS) * np.arange(
+            stepping.INSTANTS * substeps * (count - 1) + 1, dtype=np.float64
+        )
+        pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=np.float64)
         nodes = np.arange(self.shell.nodes) if kept is None else np.asarray(kept)
         displacement, energies = np.empty((count, 3 * len(nodes))), np.empty((count, 3))
         self.work = stepping.work(self.system, self._width, self._shelf)
@@ -156,20 +157,20 @@ class ShellMotion:
         done = stepping.run(
             self.system, self.scheme, state, step, substeps, pushed, axes_of(nodes), self.work, displacement, energies
         )
-        times = np.arange(count) * interval
+        times = interval * np.arange(count, dtype=np.float64)
         stopped = "" if done == count else f"no equilibrium of forces after {times[done - 1]:.6g} s in halved steps"
-        return Trajectory(
-            times[:done], displacement[:done].reshape(done, -1, 3), *energies[:done].T.copy(), stopped=stopped
-        )
+        kinetic, strain, work = energies[:done].T.copy()
+        return Trajectory(times[:done], displacement[:done].reshape(done, -1, 3), kinetic, strain, work, stopped)
 
     def _begin(self, step: float, pushed: Array, u: Array | None, v: Array | None) -> stepping.State:
         shell, system = self.shell, self.system
         nodal = [np.zeros((shell.nodes, 3)) if x is None else np.asarray(x, dtype=float) for x in (u, v)]
         start, speed = (x.reshape(-1)[system.unknowns] for x in nodal)
-        rest = [np.zeros(len(start)) for _ in range(2)]
-        strains = [np.zeros((len(shell.cells), 53)) for _ in range(2)]
         momentum = float(np.linalg.norm(_mass(system) @ speed.reshape(-1, 3)))
-        state = stepping.State(start, speed, *rest, *strains, np.array([np.inf, max(self._floor, momentum / step), 0]))
+        state = stepping.State(
+            start, speed, np.zeros_like(start), np.zeros_like(start), np.zeros((len(shell.cells), 53)),
+            np.zeros((len(shell.cells), 53)), np.array([np.inf, max(self._floor, momentum / step), 0.0]),
+        )  # fmt: skip
         # E is quadratic in u, so this difference is the exact strain rate, whatever its 1 ms.
         ahead, behind = (shell.strains(nodal[0] + sense * nodal[1]) for sense in (1e-3, -1e-3))
         stepping.begin(system, state, self.scheme.viscous_time * (ahead - behind) / 2e-3, self.work)

@@ -103,7 +103,7 @@ class Shelf(NamedTuple):
     rows: NDArray[np.float32]
     pivots: NDArray[np.float32]
     states: Array
-    count: Ints
+    filled: Ints
 
 
 class Work(NamedTuple):
@@ -231,9 +231,9 @@ def _residual(system: System, scheme: Scheme, state: State, step: float, known: 
 def _linearise(system: System, scheme: Scheme, state: State, step: float, u: Array, moved: Array, work: Work) -> bool:
     """Shelve the factorised tangent at ``u``, reached by ``moved``."""
     shelf = work.shelf
-    here = shelf.count[1]
-    shelf.count[0] = max(shelf.count[0], here + 1)
-    shelf.count[1] = (here + 1) % len(shelf.rows)
+    here = shelf.filled[1]
+    shelf.filled[0] = max(shelf.filled[0], here + 1)
+    shelf.filled[1] = (here + 1) % len(shelf.rows)
     work.counts[3] += 1
     _spread(system, u, work.whole)
     _spread(system, moved, work.moved)
@@ -254,7 +254,7 @@ def _linearise(system: System, scheme: Scheme, state: State, step: float, u: Arr
 @njit(cache=True)
 def _nearest(shelf: Shelf, u: Array) -> int:
     best, least = -1, np.inf
-    for number in range(shelf.count[0]):
+    for number in range(shelf.filled[0]):
         distance, other = 0.0, shelf.states[number]
         for k in range(len(u)):
             distance += (u[k] - other[k]) ** 2
@@ -292,7 +292,7 @@ def _newton(system: System, scheme: Scheme, state: State, step: float, outer: Ar
             # A step that its tangent does not finish is a wild one: the next tangents serve shorter.
             patience, used = _PATIENCE if chosen < 0 else _WILD, 0
             moved = work.steps[learnt - 1] if learnt else np.zeros(len(u))
-            chosen, learnt = work.shelf.count[1], 0
+            chosen, learnt = work.shelf.filled[1], 0
             if not _linearise(system, scheme, state, step, u, moved, work):
                 return False
         for k in range(len(u)):
@@ -356,14 +356,14 @@ def _advance(system: System, scheme: Scheme, state: State, step: float, base: Ar
             done += 1
             continue
         foresight.forget(work.trail)
-        work.shelf.count[:] = 0
+        work.shelf.filled[:] = 0
         if halvings == _HALVINGS:
             return False
         done, parts, halvings = 2 * done, 2 * parts, halvings + 1
         work.counts[1] += 1
     if parts > 1:
         foresight.forget(work.trail)
-        work.shelf.count[:] = 0
+        work.shelf.filled[:] = 0
     return True
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +34,19 @@ class Plane:
 
     def corners(self, t: float) -> Array:
         """Three points of the plane (3, 3), m, anticlockwise as seen from the body."""
-        normal = np.asarray(self.normal, dtype=float)
-        normal = normal / np.linalg.norm(normal)
+        normal, corners = self._frame
+        return corners if self.offset is None else corners + self.offset(t) * normal
+
+    @cached_property
+    def _frame(self) -> tuple[Array, Array]:
+        """Unit normal (3,) and the corners before any motion (3, 3), m."""
+        size = float(np.linalg.norm(self.normal))
+        if not 0.0 < size < np.inf:
+            raise ValueError(f"a plane needs a normal of finite length, not {self.normal}")
+        normal, start = np.asarray(self.normal, dtype=float) / size, np.asarray(self.point, dtype=float)
         first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
         first /= np.linalg.norm(first)
-        start = np.asarray(self.point, dtype=float) + (0.0 if self.offset is None else self.offset(t)) * normal
-        return np.stack([start, start + first, start + np.cross(normal, first)])
+        return normal, np.stack([start, start + first, start + np.cross(normal, first)])
 
 
 @dataclass(frozen=True)

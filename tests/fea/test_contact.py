@@ -191,6 +191,11 @@ def test_a_moving_plane_pushes_along_its_normal():
     assert term.report(x)["force z [N]"] == pytest.approx(total[2])
 
 
+def test_a_plane_without_a_direction_is_refused():
+    with pytest.raises(ValueError, match="finite length"):
+        Plane(np.zeros(3), np.zeros(3)).corners(0.0)
+
+
 def test_a_carried_plane_takes_the_force_and_its_moment():
     points, facets = sheet((2, 2), 0.0, True)
     points = np.concatenate([points, [[0, 0, 0.05], [0, 1, 0.06], [1, 0, 0.04]]])

@@ -10,7 +10,9 @@ from fea.pattern import Pattern
 
 def chain(size, ends):
     """Masses 2 kg and springs 50 N/m in a row; ``ends`` 1 clamps both ends, 0 leaves them free."""
-    stiffness = np.diag(np.full(size, 100.0)) - np.diag(np.full(size - 1, 50.0), 1) - np.diag(np.full(size - 1, 50.0), -1)
+    stiffness = (
+        np.diag(np.full(size, 100.0)) - np.diag(np.full(size - 1, 50.0), 1) - np.diag(np.full(size - 1, 50.0), -1)
+    )
     if not ends:
         stiffness[0, 0] = stiffness[-1, -1] = 50.0
     upper = csr_array(triu(csr_array(stiffness)))

@@ -248,7 +248,7 @@ def test_pinched_ring_touches_itself_as_it_touches_its_plane_of_symmetry():
 def test_pinched_ring_is_flattened_onto_itself(law):
     thickness = 0.04
     plates = (2.5 if law == "neo-hookean" else 4.0) * thickness
-    case = pinch(96, thickness, law, 2 * thickness * 0.995, plates)
+    case = pinch(64, thickness, law, 2 * thickness * 0.995, plates)
     run = static(case, np.round(np.arange(0.02, 2.0001, 0.02), 6))
     assert run.completed, run.reason
     depths = np.array([r.get("largest penetration [m], term 0", 0.0) for r in run.reports]) / thickness
@@ -257,7 +257,7 @@ def test_pinched_ring_is_flattened_onto_itself(law):
     height = np.ptp((case.points + run.field())[:, 1])
     assert height == pytest.approx(2 * plates, rel=0.01)
     touching = run.reports[-1]["active points, term 0"]
-    assert touching > 2 * run.reports[int(np.argmin(np.abs(run.t - 1.0)))]["active points, term 0"]
+    assert touching >= 2 * run.reports[int(np.argmin(np.abs(run.t - 1.0)))]["active points, term 0"]
     print("tangents per increment", [i["tangents"] for i in run.history["per_increment"]])
 
 
