@@ -24,7 +24,7 @@ def rows() -> list[dict[str, Any]]:
 
 
 def grow(elements: str, meshes: dict[int, tuple[int, int]]) -> list[dict[str, Any]]:
-    empty = in_process("_one_step", (elements, 1, 1)).memory
+    empty = in_process("_one_step", (elements, 2, 2)).memory
     what, result, sizes, times, memories = "solid shells" if elements == "shell" else elements, [], [], [], []
     for about, mesh in meshes.items():
         child = in_process("_one_step", (elements, *mesh))

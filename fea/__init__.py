@@ -3,8 +3,11 @@
 Cases of one's own begin with ``Case`` (see ``docs/fea.md``); studies call ``perform``.
 """
 
+import hashlib
+import os
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.model import FeaModel
@@ -28,6 +31,22 @@ if TYPE_CHECKING:
     from fea.vibration import linear_buckling as linear_buckling
     from fea.vibration import vibrations as vibrations
     from fea.writing import record as record
+
+
+def _kernel_cache() -> str:
+    """Folder of compiled kernels for exactly these sources.
+
+    numba compiles a function anew when its own file has changed, but not when that of a function which it calls
+    has: after an update it would go on with the old one.
+    """
+    here, digest = Path(__file__).parent, hashlib.sha256()
+    for source in (file.read_bytes() for file in sorted(here.rglob("*.py"))):
+        if b"@njit" in source:
+            digest.update(source)
+    return str(here / "__pycache__" / f"kernels-{digest.hexdigest()[:12]}")
+
+
+os.environ.setdefault("NUMBA_CACHE_DIR", _kernel_cache())
 
 #: Experiment kind to the module that performs it.
 PERFORMERS = {"StaticStiffness": "fea.static_stiffness", "RingDown": "fea.ring_down"}

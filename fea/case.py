@@ -80,11 +80,18 @@ class Rigid:
         return self
 
     def spring(
-        self, stiffness: Sequence[float], motion: Sequence[float] = (0, 0, 0, 0, 0, 0), ramp: Ramp = proportional
-    ) -> "Rigid":
-        """Springs (6,), N/m and N m/rad, between the pose and the ground, or a rig that moves to ``motion`` (6,)."""
-        end = np.asarray(motion, dtype=float)
-        self._springs.append(PoseSpring(self.number, np.asarray(stiffness, dtype=float), lambda t: ramp(t) * end))
+        self, stiffness: Sequence[float] | Array, motion: Sequence[float] | Callable[[float], Array] = (0.0,) * 6,
+        ramp: Ramp = proportional,
+    ) -> "Rigid":  # fmt: skip
+        """Springs (6,), N/m and N m/rad, between the pose and the ground, or a rig that moves.
+
+        ``motion`` (6,), m and rad, is reached at ramp 1; or it is the rig's pose as a function of t.
+        """
+
+        def rig(t: float) -> Array:
+            return motion(t) if callable(motion) else ramp(t) * np.asarray(motion, dtype=float)
+
+        self._springs.append(PoseSpring(self.number, np.asarray(stiffness, dtype=float), rig))
         return self
 
 

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fea.held_tip import axes_of
 from fea.linear import SingularMatrixError, make_solver
 from fea.newton import NotConvergedError, search
 from fea.parts import Deformable
@@ -24,6 +23,11 @@ Array = NDArray[np.float64]
 
 #: Weights of equally spaced values, newest first, that continue a parabola or a cubic.
 _EXTRAPOLATE = ((3.0, -3.0, 1.0), (4.0, -6.0, 4.0, -1.0))
+
+
+def axes_of(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Unknowns of ``nodes``, (3 n,)."""
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 class StoppedError(ArithmeticError):

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from lab.experiments import Experiment
-from lab.materials import Frozen
+from lab.materials import Frozen, Law
 from lab.specimens import Specimen
 from lab.units import Quantity
 from meshes.making import Element
@@ -27,7 +27,7 @@ DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
 class MaterialChange(Frozen):
     """Material figures of the specimen that this performer replaces; None keeps the specimen's."""
 
-    law: Literal["saint-venant-kirchhoff", "neo-hookean"] | None = None
+    law: Law | None = None
     youngs_modulus: Annotated[float, Quantity("Pa", "MPa"), Field(gt=0)] | None = None
     poisson_ratio: Annotated[float, Field(gt=-1, lt=0.5)] | None = None
     viscous_time: Annotated[float, Quantity("s", "ms"), Field(ge=0)] | None = None

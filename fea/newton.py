@@ -61,27 +61,6 @@ class System(Protocol):
         """Forget what was tried since the last accepted increment."""
 
 
-class Smooth:
-    """The part of ``System`` that only contact and large rotations need; for systems without either."""
-
-    noise = 0.0
-
-    def prepare(self, state: Array, parameter: float) -> bool:
-        """Nothing to get ready."""
-        return False
-
-    def augment(self, state: Array, parameter: float) -> bool:
-        """No multipliers."""
-        return False
-
-    def accept(self, state: Array, parameter: float) -> Array | None:
-        """No history."""
-        return None
-
-    def reject(self) -> None:
-        """No history."""
-
-
 @dataclass(frozen=True)
 class Options:
     """When to stop, and when to try something else.

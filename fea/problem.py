@@ -15,6 +15,7 @@ from fea.reduction import Reduction
 from fea.surface import Surface
 from fea.terms import Term
 from fea.viscosity import ViscousHistory
+from lab.materials import Material
 
 Array = NDArray[np.float64]
 Ramp = Callable[[float], float]
@@ -23,9 +24,17 @@ Ramp = Callable[[float], float]
 class Part(Protocol):
     """A deformable body whose unknowns are displacements of nodes: ``fea.body.Body``, ``fea.shell.Shell``."""
 
-    material: Any
-    mesh: Any
-    cells: NDArray[np.int64]
+    @property
+    def material(self) -> Material:
+        """Law and constants."""
+
+    @property
+    def mesh(self) -> Any:
+        """scikit-fem's mesh with named boundaries."""
+
+    @property
+    def cells(self) -> NDArray[np.int64]:
+        """Nodes of every element (elements, k)."""
 
     @property
     def kind(self) -> str:

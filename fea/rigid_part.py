@@ -112,3 +112,24 @@ def mass_points(mass: float, inertia: Array) -> tuple[Array, Array]:
         )
     arms = (np.sqrt(np.maximum(spread, 0.0)) * axes).T
     return np.concatenate([arms, -arms]), np.full(6, mass / 6)
+
+
+def mean_rigid_motion(arms: Array, weights: Array, displacement: Array) -> tuple[Array, Array]:
+    """Weighted mean motion of points: translation (3,) of their centre and rotation (3, 3) about it.
+
+    Kabsch's polar rotation, the least-squares fit of a rigid motion; a planar set suffices.
+
+    Parameters
+    ----------
+    arms
+        Reference positions from the weighted centre (n, 3), m.
+    weights
+        Positive, (n,), any unit.
+    displacement
+        (n, 3), m.
+    """
+    share = weights / weights.sum()
+    shift = share @ displacement
+    left, _, right = np.linalg.svd((arms + displacement - shift).T @ (share[:, None] * arms))
+    sense = np.sign(np.linalg.det(left @ right))
+    return shift, (left * np.array([1.0, 1.0, sense])) @ right

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshQuad2
 
-from fea.dead_load import DeadLoad
+from fea.case import Case
 from fea.dynamics import Blend, Dynamics, StoppedError
 from fea.model import FeaModel
-from fea.newton import Branch, DivergedError, History, Options, follow
+from fea.newton import Options
 from fea.parts import Deformable
 from fea.pictures import fields
-from fea.rigid_face import mean_rigid_motion
+from fea.rigid_part import mean_rigid_motion
 from fea.setting_up import Mesh, how, make_part, said, warm_up
 from fea.shell import Shell
+from fea.statics import static
 from lab.experiments import RingDown
 from lab.materials import Material
 from lab.records import Channel, Record, channels
@@ -78,28 +79,24 @@ def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mes
         _warm_up_motion()
     began = perf_counter()
     part = make_part(specimen, model, mesh)
-    share = part.shares("tip")
-    hanging = DeadLoad(part, np.outer(share / share.sum(), experiment.load), model.linear_solver)
-    static, sensed, reason = History(), _Sensed(Carrier(part, np.array(experiment.markers))), ""
-    history: dict[str, Any] = {}
-    try:
-        hung = follow(hanging, Branch.start(hanging.rest, 0.1), 1.0, Options(tolerance=model.tolerance), static)
-        start = hanging.displacement(hung)
-        history["dynamic"] = (
-            _swing_shell(part, start, specimen, experiment, model, sensed) if isinstance(part, Shell)
-            else _swing(part, start, specimen, experiment, model, sensed)
-        )  # fmt: skip
-    except DivergedError as error:
-        sensed.states.append((0.0, hanging.displacement(error.state)))
-        reason = f"the hanging load was reached to {100 * error.reached:.3g} % only: {error}"
-    except StoppedError as error:
-        reason = f"the motion stopped at {error.time:.6g} s of {experiment.duration:g} s: {error}"
+    hanging = Case(part, solver=model.linear_solver).fix("root").force("tip", experiment.load)
+    hung = static(hanging, [1.0], options=Options(tolerance=model.tolerance))
+    sensed, reason = _Sensed(Carrier(part, np.array(experiment.markers))), ""
+    history: dict[str, Any] = {"static": hung.history}
+    if hung.completed:
+        swing = _swing_shell if isinstance(part, Shell) else _swing
+        try:
+            history["dynamic"] = swing(part, hung.field(), specimen, experiment, model, sensed)
+        except StoppedError as error:
+            reason = f"the motion stopped at {error.time:.6g} s of {experiment.duration:g} s: {error}"
+    else:
+        sensed.states.append((0.0, hung.field()))
+        reason = f"the hanging load was reached to {100 * hung.reached:.3g} % only: {hung.reason}"
     seconds = perf_counter() - began
-    history = {"static": static.summary(), **history}
     return Record(
         **said(specimen, experiment, model),
         channels=_channels(experiment, model, sensed, history),
-        how=how(part, model, hanging.solver, seconds, history),
+        how=how(part, model, hung.problem.linear, seconds, history),
         status="diverged" if reason else "completed",
         reason=reason,
         fields=fields(part, *map(list, zip(*sensed.states, strict=True))),
@@ -137,11 +134,12 @@ def _swing(
 
 
 def _swing_shell(
-    part: Shell, hung: Array, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, hung: Array, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
     """The same by compiled steps."""
     from fea.shell_motion import ShellMotion
 
+    assert isinstance(part, Shell)
     swinging = ShellMotion(part, {"tip": specimen.tip_mass}, tolerance=_DYNAMIC_TOLERANCE)
     interval, substeps = _steps(experiment, model)
     path = swinging.run(interval, experiment.samples, substeps, u=hung)

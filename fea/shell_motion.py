@@ -13,8 +13,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from fea import banded, shell_geometry
 from fea import shell_stepping as stepping
-from fea.dynamics import Blend
-from fea.held_tip import axes_of
+from fea.dynamics import Blend, axes_of
 from fea.linear import make_solver
 from fea.shell import Shell
 

@@ -1,14 +1,16 @@
 """``StaticStiffness`` by finite elements."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fea.held_tip import HeldTip
+from fea.case import Case
 from fea.model import FeaModel
 from fea.newton import Branch, DivergedError, History, Options, follow
+from fea.parts import Deformable
 from fea.pictures import fields
 from fea.setting_up import Mesh, how, make_part, said, warm_up
 from lab.experiments import StaticStiffness
@@ -18,6 +20,63 @@ from lab.specimens import Specimen
 Array = NDArray[np.float64]
 
 _MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
+
+
+_NUMBERS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class HeldTip:
+    """A part whose root is clamped and whose tip a robot holds, rigidly or through springs.
+
+    Parameters
+    ----------
+    part
+        With boundaries ``root`` and ``tip``.
+    springs
+        Stiffness between robot and tip along x, y, z and about them (6,), N/m and N m/rad; inf: rigid.
+    solver
+        Kind of linear solver.
+    """
+
+    def __init__(self, part: Deformable, springs: Array, solver: str = "auto") -> None:
+        #: Motion of the robot at s = 1, m and rad, (6,).
+        self.travel = np.zeros(6)
+        case = Case(part, solver=solver).fix("root")
+        tip = case.rigid("tip", "tip")
+        for number, name in enumerate(_NUMBERS):
+            if np.isinf(springs[number]):
+                tip.move(self._along(number), **{name: 1.0})
+        tip.spring(np.where(np.isinf(springs), 0.0, springs), lambda s: s * self.travel)
+        self.part, self.problem = part, case.problem()
+
+    def _along(self, number: int) -> Callable[[float], float]:
+        return lambda s: s * float(self.travel[number])
+
+    def displacement(self, state: Array, parameter: float) -> Array:
+        """Of the part's nodes (nodes, 3), m."""
+        return self.problem.displacement(state, parameter)[: self.part.nodes]
+
+    def pose(self, state: Array, parameter: float) -> Array:
+        """Of the tip (6,), m and rad."""
+        return self.problem.links.pose(0, state, parameter)
+
+    def wrench(self, state: Array, parameter: float) -> Array:
+        """Force and moment about the tip's current centre that the robot puts on the tip (6,), N and N m."""
+        tip = self.problem.links.rigid[0]
+        return tip.wrench(self.pose(state, parameter), self.problem.out_of_balance(state, parameter)[tip.nodes])
+
+
+def tip_stiffness(part: Deformable, solver: str = "auto") -> Array:
+    """Stiffness of the tip (6, 6) at rest with the root clamped, N/m, N/rad, N m/m, N m/rad."""
+    case = Case(part, solver=solver).fix("root")
+    case.rigid("tip", "tip")
+    problem = case.problem()
+    problem.linearise(problem.rest, 0.0)
+    place = problem.links.pose_place(0)
+    unit = np.zeros((problem.links.unknowns, 6))
+    unit[place] = np.eye(6)
+    stiffness = np.linalg.inv(problem.solve(unit)[place])
+    return (stiffness + stiffness.T) / 2
 
 
 @dataclass
@@ -36,7 +95,7 @@ class _Sensed:
         self.motion.append(parameter * held.travel)
         self.pose.append(held.pose(state, parameter))
         self.wrench.append(held.wrench(state, parameter))
-        self.energy.append(float(held.body.strain_energy(held.displacement(state, parameter)).sum()))
+        self.energy.append(float(held.part.strain_energy(held.displacement(state, parameter)).sum()))
 
     def channels(self) -> dict[str, Channel]:
         n, rows = len(self.leg), ("increment", "dof")
@@ -60,11 +119,11 @@ def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, me
     if experiment.rig_stiffness is not None:
         springs[:3] = experiment.rig_stiffness
     held = HeldTip(part, springs, model.linear_solver)
-    stiffness = held.tangent_stiffness(held.rest, 0.0)
+    stiffness = tip_stiffness(part, model.linear_solver)
     history, sensed, reason = History(), _Sensed(), ""
     sensed.states.append((-1.0, np.zeros((part.nodes, 3))))
     for leg, (dof, end) in enumerate(experiment.legs()):
-        held.travel = np.eye(6)[dof] * end
+        held.travel[:] = np.eye(6)[dof] * end
         reason = _leg(leg, held, experiment, model, history, sensed)
         if reason:
             break
@@ -74,7 +133,7 @@ def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, me
     return Record(
         **said(specimen, experiment, model),
         channels=sensed.channels() | channels(tangent),
-        how=how(part, model, held.solver, seconds, history.summary()),
+        how=how(part, model, held.problem.linear, seconds, history.summary()),
         status="diverged" if reason else "completed",
         reason=reason,
         fields=fields(part, *map(list, zip(*sensed.states, strict=True))),
@@ -86,12 +145,12 @@ def _leg(
 ) -> str:
     """Move one leg from rest; returns why it stopped, empty when it did not."""
     n = experiment.increments
-    branch = Branch.start(held.rest, 1 / n)
+    branch = Branch.start(held.problem.rest, 1 / n)
     for number in range(1, n + 1):
         # Smaller after a cut-back, never larger: the recorded increments are the longest steps.
         branch.increment = min(branch.increment, 1 / n)
         try:
-            state = follow(held, branch, number / n, Options(tolerance=model.tolerance), history)
+            state = follow(held.problem, branch, number / n, Options(tolerance=model.tolerance), history)
         except DivergedError as error:
             dof = int(np.argmax(np.abs(held.travel)))
             return (

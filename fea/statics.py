@@ -187,11 +187,13 @@ def trace(
     problem = case.problem()
     require_support(case, problem)
     run, history, options = Run(case, problem), History(), options or Options()
-    run.add(0.0, problem.rest)
-    system = ArcLength(problem, problem.rest, 0.0, until)
-    branch = Branch.start(np.append(problem.rest, 0.0), first)
     done = False
     try:
+        # Loads that are always there, such as the small one that decides where to buckle, come first.
+        start = _at_zero(problem, options, history)
+        run.add(0.0, start)
+        system = ArcLength(problem, start, 0.0, until)
+        branch = Branch.start(np.append(start, 0.0), first)
         while not done and len(run.t) <= points:
             branch.increment = min(branch.increment, largest)
             target = branch.parameters[-1] + branch.increment
@@ -204,10 +206,26 @@ def trace(
         if not done:
             run.status, run.reason = "diverged", f"{points} points did not reach the load factor {until:g}"
     except DivergedError as error:
-        run.status, run.reason = "diverged", f"the path was lost at the load factor {run.t[-1]:.6g}: {error}"
-    run.reached = 1.0 if done else float(np.clip(run.t.max() / until, 0.0, 1.0))
+        run.status, run.reason = (
+            "diverged",
+            f"the path was lost at the load factor {max(run.t, default=0.0):.6g}: {error}",
+        )
+    run.reached = 1.0 if done else float(np.clip(max(run.t, default=0.0) / until, 0.0, 1.0))
     run.history, run.wall_time = history.summary(), perf_counter() - began
     return run
+
+
+def _at_zero(problem: Problem, options: Options, history: History) -> Array:
+    """Equilibrium at t = 0; where nothing pulls yet, that is rest."""
+    right, scale = problem.residual(problem.rest, 0.0)
+    if np.linalg.norm(right) <= options.tolerance * scale:
+        return problem.rest
+    log = Increment(0.0)
+    history.increments.append(log)
+    try:
+        return settle(problem, problem.rest, problem.rest, 0.0, options, log)
+    except (NotConvergedError, SingularMatrixError) as error:
+        raise DivergedError(f"no equilibrium under the constant loads: {error}", 0.0, problem.rest) from None
 
 
 def _weights(case: Case, problem: Problem, steer: Steer) -> Array:

@@ -65,7 +65,7 @@ class PinchedTube:
         """Whether points (n, 3) lie under the stamp."""
         radius, angle = np.hypot(points[:, 1], points[:, 2]), np.arctan2(points[:, 1], points[:, 2])
         under = (angle < self.patch_angle * (1 + 1e-6)) & (points[:, 0] < self.patch_length * (1 + 1e-6))
-        return under & (radius > self.radius + 0.4999 * self.wall)
+        return under & (radius > self.radius + 0.25 * self.wall)
 
 
 def prescribed(case: "Case") -> dict[int, float]:

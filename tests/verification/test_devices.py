@@ -12,9 +12,8 @@ from scipy.sparse.linalg import eigsh
 from fea import FeaModel, perform
 from fea.body import Body
 from fea.case import Case
-from fea.dead_load import DeadLoad
-from fea.held_tip import axes_of
-from fea.newton import Branch, History, Options, follow
+from fea.dynamics import axes_of
+from fea.newton import Options
 from fea.ring_down import Carrier
 from fea.setting_up import make_part
 from fea.shell import Shell
@@ -70,10 +69,9 @@ def test_frequencies_of_the_beam(degrees):
 
 def hanging(part, direction):
     """Displacement of the tip's centre under the load of the ring-down (3,), m."""
-    experiment, share = RingDown(direction=direction), part.shares("tip")
-    load = DeadLoad(part, np.outer(share / share.sum(), experiment.load))
-    state = follow(load, Branch.start(load.rest, 0.1), 1.0, Options(tolerance=1e-6), History())
-    return Carrier(part, np.array(experiment.markers)).read(load.displacement(state))[1]
+    experiment = RingDown(direction=direction)
+    run = static(Case(part).fix("root").force("tip", experiment.load))
+    return Carrier(part, np.array(experiment.markers)).read(run.field())[1]
 
 
 @pytest.mark.slow

@@ -1,10 +1,10 @@
-"""Rotations and faces that move rigidly."""
+"""Rotations, and the mean rigid motion of a face."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fea.rigid_face import RigidFace, mean_rigid_motion
+from fea.rigid_part import mean_rigid_motion
 from fea.rotations import rotation, rotation_derivatives
 
 VECTORS = [np.zeros(3), np.array([1e-4, 2e-4, -1e-4]), np.array([7e-3, -7.1e-3, 1e-3]), np.array([0.3, -1.0, 2.0])]
@@ -18,19 +18,6 @@ def test_rotation_and_derivatives(theta):
         np.testing.assert_allclose(first[j], (rotation(theta + step) - rotation(theta - step)) / 2e-6, atol=1e-9)
         slope = (rotation_derivatives(theta + step)[1] - rotation_derivatives(theta - step)[1]) / 2e-6
         np.testing.assert_allclose(second[j], slope, atol=1e-9)
-
-
-def test_face_jacobian_geometric_and_wrench():
-    rng = np.random.default_rng(3)
-    face = RigidFace(np.arange(5), np.zeros(3), rng.standard_normal((5, 3)))
-    pose, forces = rng.standard_normal(6), rng.standard_normal((5, 3))
-    for j, step in enumerate(1e-6 * np.eye(6)):
-        slope = (face.displacement(pose + step) - face.displacement(pose - step)) / 2e-6
-        np.testing.assert_allclose(face.jacobian(pose)[:, :, j], slope, atol=1e-8)
-        change = (face.work(pose + step, forces) - face.work(pose - step, forces)) / 2e-6
-        np.testing.assert_allclose(face.geometric(pose, forces)[:, j], change, atol=1e-7)
-    at_rest = face.wrench(np.zeros(6), forces)
-    np.testing.assert_allclose(at_rest, face.work(np.zeros(6), forces), atol=1e-14)
 
 
 def test_mean_rigid_motion_finds_the_motion_of_a_plane():
