@@ -101,9 +101,9 @@ class DisplacementControl(_Bordered):
         """See ``_Bordered``."""
         return float(self.weights @ state[:-1]) - parameter
 
-    def advance(self, state: Array, parameter: float, target: float) -> Array:
+    def advance(self, state: Array, parameter: float, target: float, renew: bool = True) -> Array:
         """See ``fea.newton.System``."""
-        right, _ = self.linearise(state, parameter)
+        right, _ = self.linearise(state, parameter) if renew else self.residual(state, parameter)
         right[-1] -= (target - parameter) * self._weight
         return self.solve(-right)
 
@@ -163,9 +163,10 @@ class ArcLength(_Bordered):
         """See ``_Bordered``."""
         return self._dot(self._tangent.direction, state - self._tangent.state) - (parameter - self._tangent.at)
 
-    def advance(self, state: Array, parameter: float, target: float) -> Array:
+    def advance(self, state: Array, parameter: float, target: float, renew: bool = True) -> Array:
         """See ``fea.newton.System``."""
-        self.linearise(state, parameter)
+        if renew:
+            self.linearise(state, parameter)
         onwards = self._unit(np.append(self._by_load, 1.0))
         if self._dot(onwards, self._tangent.direction) < 0:
             onwards = -onwards

@@ -29,6 +29,10 @@ class LinearSolver(Protocol):
     def solve(self, right: Array) -> Array:
         """Solution for ``right`` (n,) or (n, m) with the last factorisation."""
 
+    @property
+    def negative_pivots(self) -> int | None:
+        """Negative eigenvalues of the last matrix (Sylvester's law of inertia); None where they are not counted."""
+
 
 class Pardiso:
     """MKL Pardiso, symmetric indefinite, symbolic analysis kept between factorisations."""
@@ -36,6 +40,8 @@ class Pardiso:
     name = "MKL Pardiso"
     _MTYPE = -2
     _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+    #: Parameter that counts negative pivots, from 0.
+    _NEGATIVE = 22
 
     def __init__(self, pattern: Pattern) -> None:
         _point_to_mkl()
@@ -71,6 +77,11 @@ class Pardiso:
         """See ``LinearSolver``."""
         return self._call(self._SOLVE, np.asfortranarray(right))
 
+    @property
+    def negative_pivots(self) -> int | None:
+        """See ``LinearSolver``."""
+        return int(self._solver.iparm[self._NEGATIVE]) if self._matrix is not None else None
+
     def _call(self, phase: int, right: Array) -> Array:
         self._solver.set_phase(phase)
         # The public ``factorize`` would analyse again: the phases are called one by one.
@@ -93,6 +104,7 @@ class SuperLU:
     """SciPy's SuperLU in symmetric mode; everywhere available."""
 
     name = "SciPy SuperLU"
+    negative_pivots = None
 
     def __init__(self, pattern: Pattern) -> None:
         self._pattern = pattern

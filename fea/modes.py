@@ -2,20 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fea.linear import LinearSolver, Pardiso, SingularMatrixError, make_solver
+from fea.linear import LinearSolver, SingularMatrixError, make_solver
 from fea.pattern import Pattern
 
 Array = NDArray[np.float64]
 
-#: Number of Pardiso's parameter that counts negative pivots (0-based: iparm(23)).
-_NEGATIVE = 22
 #: Shift below zero as a share of the highest eigenvalue: free bodies keep a matrix that can be factorised.
 _SHIFT = 1e-10
 #: Rigid motions are slower than this share of the fastest mode found, and their eigenvalue is rounding.
@@ -164,17 +161,11 @@ def _eigenpairs(
 
 def _missed(linear: LinearSolver, matrix_at: Callable[[float], Array], values: Array) -> int | None:
     """Eigenvalues below the highest of ``values`` (ascending) that are not among them (Sylvester's law of inertia)."""
-    if not isinstance(linear, Pardiso):
-        return None
     # Just below the highest: a pair of equal ones may have been cut in two.
     edge = float(values[-1]) - 1e-6 * abs(float(values[-1]))
     try:
         linear.factorise(matrix_at(edge))
     except SingularMatrixError:
         return None
-    return _negative_pivots(linear) - int(np.count_nonzero(values < edge))
-
-
-def _negative_pivots(linear: Pardiso) -> int:
-    solver: Any = linear._solver
-    return int(solver.iparm[_NEGATIVE])
+    below = linear.negative_pivots
+    return None if below is None else below - int(np.count_nonzero(values < edge))

@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import block_diag, csr_array, diags_array
+from scipy.sparse.linalg import lsqr
 
 from fea.case import Case
 from fea.dynamics import Blend
@@ -137,17 +138,21 @@ class Motion:
         strains = [part.strains(x[place]) for part, place in zip(problem.parts, problem.places, strict=True)]
         histories = zip(problem.parts, strains, strict=True)
         self._viscous = [ViscousHistory.begin(part.material, strain) for part, strain in histories]
-        # What is prescribed moves by its own functions of time.
-        small = 1e-5
+        # What is prescribed moves by its own functions of time; all else rides on the rate of the unknowns.
+        small, jacobian = 1e-5, links.jacobian(y, t)
         ahead, behind = (links.displacement(y, t + s) for s in (small, -small))
         own, a = (ahead - behind) / (2 * small), (ahead - 2 * x + behind) / small**2
-        v = own if velocity is None else np.array(velocity, dtype=float)
-        v.reshape(-1)[links.prescribed] = own.reshape(-1)[links.prescribed]
+        rate = np.zeros_like(y) if velocity is None else lsqr(jacobian, (velocity - own).ravel(), 0.0, 1e-14, 1e-14)[0]
+        v = own + (jacobian @ rate).reshape(-1, 3)
+        # Rigid parts that turn accelerate their points towards the axis.
+        far = 1e-4 / (float(np.abs(rate).max(initial=0.0)) or 1.0)
+        ahead, behind = (links.displacement(y + s * rate, t) for s in (far, -far))
+        a += (ahead - 2 * x + behind) / far**2
         force = self._static_force(y, t)
         right = -force - (self.mass @ (a.ravel() + self._drag_x * v.ravel())).reshape(-1, 3)
         linear = make_solver(problem.solver, problem.reduction.pattern)
         linear.factorise(self._reduced_mass(y, t))
-        a += (links.jacobian(y, t) @ linear.solve(links.reduce(right, y, t))).reshape(-1, 3)
+        a += (jacobian @ linear.solve(links.reduce(right, y, t))).reshape(-1, 3)
         self._scale = max(self._scale, float(np.linalg.norm(force)))
         return Instant(t, y, x, v, a, force)
 
@@ -187,22 +192,30 @@ class Motion:
         self._begin, self._step = begin, size
         coefficients = [history.coefficients(size) for history in self._viscous]
         problem.viscous = Viscous([c[0] for c in coefficients], [c[1] for c in coefficients])
-        try:
-            if problem.prepare(begin.y, begin.t) or self._factorised_for != size:
-                options = replace(options, keep_below=0.0)
-            y = settle(self, begin.y, guess, target, options, Increment(target))
-        except (NotConvergedError, SingularMatrixError):
-            problem.reject()
-            self._factorised_for = 0.0
-            raise
+        y = self._settled(begin, guess, target, options)
         x, (v, a) = problem.displacement(y, target), self._motion(y, target)
         force = self._static_force(y, target)
+        self._scale = max(self._scale, float(np.linalg.norm(force)))
         self._viscous = [
             history.accept(part.strains(x[place]), size) if history.active else history
             for history, part, place in zip(self._viscous, problem.parts, problem.places, strict=True)
         ]
         rebased = problem.accept(y, target)
         return Instant(target, y if rebased is None else rebased, x, v, a, force, rebased is not None)
+
+    def _settled(self, begin: Instant, guess: Array, target: float, options: Options) -> Array:
+        """Unknowns at the end of the step: with kept tangents where the options allow, else with new ones."""
+        problem, renewed = self.problem, replace(options, keep_below=0.0)
+        fresh = problem.prepare(begin.y, begin.t) or self._factorised_for != self._step
+        for attempt in (renewed,) if fresh or not options.keep_below else (options, renewed):
+            try:
+                return settle(self, begin.y, guess, target, attempt, Increment(target))
+            except (NotConvergedError, SingularMatrixError):
+                problem.reject()
+                self._factorised_for = 0.0
+                if attempt is renewed:
+                    raise
+        raise AssertionError("one attempt always renews")
 
     def _motion(self, y: Array, t: float) -> tuple[Array, Array]:
         """Velocity and acceleration of all nodes at the end of the step (Newmark)."""
@@ -226,9 +239,9 @@ class Motion:
         right = self.problem.links.reduce(forces, state, parameter)
         for pull, place in self.problem.pose_forces(state, parameter):
             right[place] -= (1 - self.blend.alpha_f) * pull
-        held = np.union1d(self.problem.links.prescribed, self.problem.links.linked)
-        self._scale = max(self._scale, float(np.linalg.norm(np.nan_to_num(forces.reshape(-1)[held]))))
-        return right, self._scale
+        # Free bodies have no reactions: inertia stands in.  Only accepted steps raise the scale for good.
+        inertia = float(np.linalg.norm(forces - (1 - self.blend.alpha_f) * self._static_force(state, parameter)))
+        return right, max(self._scale, inertia if np.isfinite(inertia) else 0.0)
 
     def linearise(self, state: Array, parameter: float, step: Array | None = None) -> tuple[Array, float]:
         """See ``fea.newton.System``."""
@@ -249,7 +262,7 @@ class Motion:
         """See ``fea.newton.System``."""
         return self.problem.solve(right)
 
-    def advance(self, state: Array, parameter: float, target: float) -> Array:
+    def advance(self, state: Array, parameter: float, target: float, renew: bool = True) -> Array:
         """See ``fea.newton.System``; steps bring their own guess."""
         raise NotImplementedError
 

@@ -45,8 +45,11 @@ class System(Protocol):
     def solve(self, right: Array) -> Array:
         """Solution with the last factorised tangent."""
 
-    def advance(self, state: Array, parameter: float, target: float) -> Array:
-        """First-order change of the state towards the parameter ``target``; leaves a factorised tangent."""
+    def advance(self, state: Array, parameter: float, target: float, renew: bool = True) -> Array:
+        """First-order change of the state towards the parameter ``target``.
+
+        ``renew`` factorises the tangent for it; otherwise the last one is near enough.
+        """
 
     def prepare(self, state: Array, parameter: float) -> bool:
         """Get ready for an increment that starts here; True when the last factorised tangent is lost by it."""
@@ -118,11 +121,13 @@ class History:
     """What Newton's method did; saved with the record."""
 
     increments: list[Increment] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def summary(self) -> dict[str, Any]:
         """Totals, and every increment, as plain JSON data."""
         done = self.increments
         return {
+            "notes": self.notes,
             "increments": sum(i.converged for i in done),
             "cut_back": sum(not i.converged for i in done),
             "iterations": sum(max(len(i.residuals) - 1, 0) for i in done),
@@ -207,12 +212,17 @@ def search(
 
 @dataclass
 class Branch:
-    """Equilibria found so far along one load path, and the size of its next increment."""
+    """Equilibria found so far along one load path, and the size of its next increment.
+
+    ``smooth``: extrapolation may be trusted; ``settled``: the last factorised tangent belongs to the last
+    equilibrium.
+    """
 
     parameters: list[float]
     states: list[Array]
     increment: float
     smooth: bool = False
+    settled: bool = False
 
     @classmethod
     def start(cls, state: Array, increment: float, parameter: float = 0.0) -> "Branch":
@@ -266,22 +276,24 @@ def attempt(
     history.increments.append(log)
     loose = max(options.tolerance, options.tolerance if exact else options.loose_tolerance)
     try:
-        path.smooth &= not system.prepare(path.states[-1], here)
+        if system.prepare(path.states[-1], here):
+            path.smooth = path.settled = False
         guess = _guess(system, path, target, log)
         state = settle(system, path.states[-1], guess, target, replace(options, tolerance=loose), log)
     except (NotConvergedError, SingularMatrixError) as error:
         log.converged = False
         system.reject()
         path.increment = (target - here) / 4
-        path.parameters, path.states, path.smooth = path.parameters[-1:], path.states[-1:], False
+        path.parameters, path.states = path.parameters[-1:], path.states[-1:]
+        path.smooth = path.settled = False
         if path.increment < options.min_increment * interval:
             raise DivergedError(str(error), here, path.states[-1]) from None
         return False
     path.add(target, state)
-    path.smooth = log.effort <= 2
+    path.smooth, path.settled = log.effort <= 2, True
     rebased = system.accept(state, target)
     if rebased is not None:
-        path.parameters, path.states = [target], [rebased]
+        path.parameters, path.states, path.settled = [target], [rebased], False
     if log.effort <= options.target_tangents:
         path.increment *= 2 if target - here >= path.increment * (1 - 1e-9) else 1
     elif log.effort > 2 * options.target_tangents:
@@ -310,5 +322,5 @@ def _guess(system: System, path: Branch, target: float, log: Increment) -> Array
         guess = path.predict(target)
         if np.linalg.norm(system.residual(guess, target)[0]) < np.linalg.norm(system.residual(here, target)[0]):
             return guess
-    log.tangents += 1
-    return here + system.advance(here, path.parameters[-1], target)
+    log.tangents += not path.settled
+    return here + system.advance(here, path.parameters[-1], target, not path.settled)

@@ -160,7 +160,8 @@ class Problem:
         self.places = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
         size = float(np.ptp(self.points[: ends[-1]], axis=0).max())
         stiffest = max(part.material.youngs_modulus for part in self.parts)
-        self._floor = 1e-12 * stiffest * size**2
+        # Below this, forces, N, are nothing at all: it keeps unloaded cases from dividing by zero.
+        self._floor = 1e-30 * stiffest * size**2
         for term in self.terms:
             term.prepare(np.zeros_like(self.points))
         at_rest = [part.strains(np.zeros((part.nodes, 3))) for part in self.parts] if self.seconds else []
@@ -324,12 +325,12 @@ class Problem:
         small = 1e-6 * (target - t)
         return (self.residual(y, t + small)[0] - self.residual(y, t)[0]) / small
 
-    def advance(self, y: Array, t: float, target: float) -> Array:
+    def advance(self, y: Array, t: float, target: float, renew: bool = True) -> Array:
         """See ``fea.newton.System``."""
         if self._histories:
             # Viscous stress belongs to the whole increment: it has no derivative at its start.
             return self.solve(-self.linearise(y, target)[0])
-        right, _ = self.linearise(y, t)
+        right, _ = self.linearise(y, t) if renew else self.residual(y, t)
         return self.solve(-right - (target - t) * self.rate(y, t, target))
 
     def prepare(self, y: Array, t: float) -> bool:

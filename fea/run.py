@@ -56,6 +56,7 @@ class Run:
     _kinetic: list[float] = field(default_factory=list)
     _contact: list[dict[str, Array]] = field(default_factory=list)
     _work: list[float] = field(default_factory=list)
+    _negative: list[int] = field(default_factory=list)
 
     _last: "_Instant | None" = None
 
@@ -88,6 +89,23 @@ class Run:
         follower pressure took; in a static run without these the difference is that of the rule.
         """
         return np.array(self._work)
+
+    @property
+    def negative_eigenvalues(self) -> NDArray[np.int64]:
+        """Of the last tangent of every increment, (increments,): not 0 where the state is unstable under its loads.
+
+        A limit point or a bifurcation lies before the first that is not 0.  Near such a point the count may be
+        one increment late; -1 where it is not known.
+        """
+        return np.array(self._negative, dtype=np.int64)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a reader should know before trusting the run."""
+        unstable = self.t[self.negative_eigenvalues > 0]
+        words = "states are unstable under their loads: a limit point or a bifurcation was passed"
+        said = [f"from t = {unstable[0]:.6g} on, {len(unstable)} {words}"] if len(unstable) else []
+        return said + list(self.history.get("notes", []))
 
     @property
     def kinetic(self) -> Array:
@@ -127,6 +145,8 @@ class Run:
             report |= {f"{name}, term {number}": float(v) for name, v in term.report(x).items() if np.ndim(v) == 0}
         self._reports.append(report)
         self._contact.append(_contact_fields(problem, x))
+        count = problem.linear.negative_pivots if velocity is None else None
+        self._negative.append(-1 if count is None else count)
 
     def _add_work(self, now: "_Instant") -> None:
         """Mean forces of the last two increments times what their points moved by."""

@@ -124,6 +124,7 @@ def _reach(
 def _walk(problem: Problem, branch: Branch, level: float, options: Options, history: History) -> bool:
     """Go on by arc length until the load has fallen and come back, or reached ``level``; whether that was possible."""
     bases, here, reached = [part.base for part in problem.links.rigid], branch.states[-1], branch.parameters[-1]
+    branch.smooth = branch.settled = False
     try:
         system = ArcLength(problem, here, reached, level)
         path, top, fell = Branch.start(np.append(here, reached), _FIRST_STEP), reached, False
@@ -133,6 +134,9 @@ def _walk(problem: Problem, branch: Branch, level: float, options: Options, hist
                 continue
             path.increment = min(path.increment, size * _TURN / max(system.turn, 1e-9))
             now = float(path.states[-1][-1])
+            if now >= level or (fell and now > top):
+                what = "snapped" if fell else "was stuck"
+                history.notes.append(f"{what} at t = {reached:.6g}: arc length led on to t = {min(now, level):.6g}")
             if now >= level:
                 share = (level - last[-1]) / (now - last[-1])
                 guess = last[:-1] + share * (path.states[-1] - last)[:-1]
@@ -142,7 +146,7 @@ def _walk(problem: Problem, branch: Branch, level: float, options: Options, hist
                 return True
             if fell and now > top:
                 branch.parameters, branch.states = [now], [path.states[-1][:-1]]
-                branch.increment, branch.smooth = (level - now) / 10, False
+                branch.increment = (level - now) / 10
                 return True
             fell, top = fell or now < top, max(top, now)
     except (DivergedError, NotConvergedError, SingularMatrixError):
@@ -206,11 +210,10 @@ def trace(
         if not done:
             run.status, run.reason = "diverged", f"{points} points did not reach the load factor {until:g}"
     except DivergedError as error:
-        run.status, run.reason = (
-            "diverged",
-            f"the path was lost at the load factor {max(run.t, default=0.0):.6g}: {error}",
-        )
-    run.reached = 1.0 if done else float(np.clip(max(run.t, default=0.0) / until, 0.0, 1.0))
+        if not len(run.t):
+            run.add(0.0, problem.rest)
+        run.status, run.reason = "diverged", f"the path was lost at the load factor {run.t[-1]:.6g}: {error}"
+    run.reached = 1.0 if done else float(np.clip(run.t.max() / until, 0.0, 1.0))
     run.history, run.wall_time = history.summary(), perf_counter() - began
     return run
 

@@ -49,7 +49,7 @@ def record(run: Run, name: str, stresses: bool = True) -> Record:
     return Record(
         "fea", "case", {"case": name}, {}, channels=channels(*curves),
         how={"parts": elements, "unknowns": run.problem.links.unknowns, "history": run.history,
-             "wall_time_s": run.wall_time, "reached": run.reached},
+             "wall_time_s": run.wall_time, "reached": run.reached, "notes": run.notes},
         status=run.status, reason=run.reason, fields=_fields(run, stresses),
     )  # fmt: skip
 

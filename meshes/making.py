@@ -101,15 +101,19 @@ def _straight(gmsh: Any, specimen: TwistedBeam, options: MeshOptions, element: E
         gmsh.model.mesh.reverse([(2, body)])
 
 
-def graded(place: NDArray[np.float64], grading: float) -> NDArray[np.float64]:
-    """Places on 0..1 crowded to both ends: x - grading sin(2 pi x) / (2 pi)."""
-    return place - grading * np.sin(2 * np.pi * place) / (2 * np.pi)
+def graded(place: NDArray[np.float64], grading: float, elements: int) -> NDArray[np.float64]:
+    """Places on 0..1 crowded to both ends: ends of ``elements`` even ones go to x - grading sin(2 pi x) / (2 pi).
+
+    Nodes between them stay half-way: quadratic elements fold when their middle nodes move off too far.
+    """
+    ends = np.linspace(0.0, 1.0, elements + 1)
+    return np.interp(place, ends, ends - grading * np.sin(2 * np.pi * ends) / (2 * np.pi))
 
 
 def twisted(points: NDArray[np.float64], specimen: TwistedBeam, options: MeshOptions) -> NDArray[np.float64]:
     """Points of the unit cube on the beam, graded, each turned with the section of its ``x``; (n, 3), m."""
-    x = specimen.length * graded(points[:, 0], options.grading_along)
-    y = specimen.width * (graded(points[:, 1], options.grading_across) - 0.5)
+    x = specimen.length * graded(points[:, 0], options.grading_along, options.along)
+    y = specimen.width * (graded(points[:, 1], options.grading_across, options.across) - 0.5)
     z = specimen.thickness * (points[:, 2] - 0.5)
     angle = specimen.section_angle(x)
     return np.column_stack([x, np.cos(angle) * y - np.sin(angle) * z, np.sin(angle) * y + np.cos(angle) * z])

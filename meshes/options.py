@@ -15,7 +15,7 @@ class MeshOptions(Frozen):
     along: int = Field(16, ge=1, le=400)
     across: int = Field(4, ge=1, le=100)
     through: int = Field(2, ge=1, le=20, description="A shell has one layer, whatever stands here.")
-    grading_along: float = Field(0.85, ge=0, lt=1, description="0: even; 1 minus this shrinks the end elements.")
+    grading_along: float = Field(0.9, ge=0, lt=1, description="0: even; 1 minus this shrinks the end elements.")
     grading_across: float = Field(0.5, ge=0, lt=1, description="The same towards the side edges.")
 
     def refined(self) -> "MeshOptions":

@@ -110,8 +110,13 @@ def test_vtk_order_is_vtks_own():
     assert grid.compute_cell_sizes()["Volume"].min() > 0
 
 
-def test_grading_keeps_ends_and_order():
-    places = graded(np.linspace(0, 1, 33), 0.85)
+def test_grading_keeps_ends_order_and_middle_nodes():
+    places = graded(np.linspace(0, 1, 33), 0.85, 16)
     np.testing.assert_allclose(places[[0, 16, 32]], [0, 0.5, 1], atol=1e-15)
     assert np.diff(places).min() > 0
-    assert np.diff(places)[0] == pytest.approx(0.155 / 32, rel=0.05)
+    np.testing.assert_allclose(places[1::2], (places[:-1:2] + places[2::2]) / 2)
+    assert places[2] == pytest.approx(0.0107, rel=0.01)
+
+
+def test_few_strongly_graded_elements_do_not_fold():
+    beam_mesh(TwistedBeam(), MeshOptions(along=3, across=1, through=1, grading_along=0.95))
