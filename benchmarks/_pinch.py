@@ -6,10 +6,13 @@ import sys
 from fea import static
 from tests.verification.devices import PinchedTube
 
+#: First increment, the same as CalculiX gets.
+FIRST = 0.25
+
 
 def main(elements: str, around: str, along: str, travel: str) -> None:
     case = PinchedTube().case(elements, int(around), int(along), float(travel))
-    run = static(case)
+    run = static(case, first=FIRST)
     told = {key: value for key, value in run.history.items() if key != "per_increment"}
     force = float(-run.reaction("stamp")[-1, 2])
     print(json.dumps({"force": force, "status": run.status, "solution": run.wall_time, **told}))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks._measure import against, in_process, row
+from benchmarks._pinch import FIRST
 from tests.verification.calculix import INSTALL, Answer, Deck, program, solve
 from tests.verification.devices import PinchedTube, prescribed
 
@@ -20,7 +21,7 @@ def theirs(around: int, along: int) -> Answer | None:
     if program() is None:
         return None
     case = PinchedTube().case("hexahedra", around, along, TRAVEL)
-    deck = Deck(case.parts[0], "C3D20R", prescribed(case), case.watched["stamp"])
+    deck = Deck(case.parts[0], "C3D20R", prescribed(case), case.watched["stamp"], increment=FIRST)
     with tempfile.TemporaryDirectory() as folder:
         return solve(deck, Path(folder))
 

@@ -66,17 +66,30 @@ class Builder:
                 if unknown in owner:
                     raise ConstraintError(f"{self.name_of(unknown)} is carried by {owner[unknown]} and by {by}")
                 owner[unknown] = by
-        for unknown, (by, _) in self._prescribed.items():
-            if unknown in owner:
-                raise ConstraintError(
-                    f"{self.name_of(unknown)} is prescribed by {by} but carried by the rigid part {owner[unknown]}: "
-                    "move or hold the rigid part instead"
-                )
+        for unknown in [u for u in self._prescribed if u in owner]:
+            self._leave_to_rigid_part(unknown)
         for unknown, (by, _, _) in self._tied.items():
             if unknown in owner or unknown in self._prescribed:
                 other = owner.get(unknown) or self._prescribed[unknown][0]
                 raise ConstraintError(f"{self.name_of(unknown)} is tied by {by} but already held by {other}")
         return Links(self.nodes, self._prescribed, self._ties(), [(p, held) for _, p, held in self._parts])
+
+    def _leave_to_rigid_part(self, unknown: int) -> None:
+        """Drop a prescription that the rigid part keeps by itself, such as a plane of symmetry through it."""
+        by, value = self._prescribed.pop(unknown)
+        node, axis = divmod(unknown, 3)
+        name, part, held = next(entry for entry in self._parts if node in entry[1].nodes)
+        row = int(np.flatnonzero(part.nodes == node)[0])
+        draw = np.random.default_rng(0)
+        for t in (0.0, 0.37, 1.0):
+            pose = draw.uniform(-1.0, 1.0, 6)
+            for number, motion in held.items():
+                pose[number] = motion(t)
+            if abs(part.displacement(pose)[row, axis] - value(t)) > 1e-12 * (1.0 + np.abs(part.arms).max()):
+                raise ConstraintError(
+                    f"{self.name_of(unknown)} is prescribed by {by} but carried by the rigid part {name}, which may "
+                    "move otherwise: hold or move the rigid part itself"
+                )
 
     def _ties(self) -> csr_array | None:
         """T, chains of ties followed to their ends."""

@@ -21,6 +21,7 @@ from fea.linear import SingularMatrixError, make_solver
 from fea.newton import Increment, NotConvergedError, Options, settle
 from fea.problem import Problem, Viscous
 from fea.run import Run
+from fea.terms import Steady
 from fea.viscosity import ViscousHistory
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ class Instant:
     rebased: bool = False
 
 
-class PointMasses:
+class PointMasses(Steady):
     """A ``Term`` without force: room in the equations for masses on nodes.
 
     Parameters
@@ -54,10 +55,6 @@ class PointMasses:
     def __init__(self, nodes: NDArray[np.int64], masses: Array) -> None:
         self.cells, self.matrices = nodes[:, None], masses[:, None, None] * np.eye(3)
 
-    def prepare(self, x: Array) -> bool:
-        """See ``Term``."""
-        return False
-
     def force(self, x: Array, t: float) -> Array:
         """See ``Term``."""
         return np.zeros_like(x)
@@ -65,20 +62,6 @@ class PointMasses:
     def tangent(self, x: Array, t: float) -> Array:
         """See ``Term``."""
         return np.zeros_like(self.matrices)
-
-    def energy(self, x: Array, t: float) -> float:
-        """See ``Term``."""
-        return 0.0
-
-    def augment(self, x: Array) -> bool:
-        """See ``Term``."""
-        return False
-
-    def accept(self, x: Array) -> None:
-        """See ``Term``."""
-
-    def reject(self) -> None:
-        """See ``Term``."""
 
     def report(self, x: Array) -> dict[str, float]:
         """See ``Term``."""

@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fea.surface import Surface
+from fea.terms import Steady
 
 Array = NDArray[np.float64]
 
@@ -15,7 +16,7 @@ def _at_once(t: float) -> float:
     return t
 
 
-class Pressure:
+class Pressure(Steady):
     """Uniform pressure on a surface, against its outward normal: a ``fea.terms.Term``.
 
     A follower pressure turns and grows with the surface.  Its tangent is symmetrised.  That is exact where
@@ -64,10 +65,6 @@ class Pressure:
     def _facets(self) -> NDArray[np.int64]:
         return np.ascontiguousarray(self.surface.facets, dtype=np.int64)
 
-    def prepare(self, x: Array) -> bool:
-        """See ``Term``."""
-        return False
-
     def force(self, x: Array, t: float) -> Array:
         """See ``Term``."""
         self._t = t
@@ -89,16 +86,6 @@ class Pressure:
         """Volume, m^3, between the surface and where it came from: quadratic along the way, so two stations do."""
         stations = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
         return sum(float(np.sum(self._forces(self._points + station * x) * x)) for station in stations) / 2
-
-    def augment(self, x: Array) -> bool:
-        """See ``Term``."""
-        return False
-
-    def accept(self, x: Array) -> None:
-        """See ``Term``."""
-
-    def reject(self) -> None:
-        """See ``Term``."""
 
     def report(self, x: Array) -> dict[str, float]:
         """Pressure at the last t, and the volume swept outwards."""

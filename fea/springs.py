@@ -3,11 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fea.terms import Steady
+
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-class Springs:
+class Springs(Steady):
     """A ``Term``: every node pulled back along x, y, z.
 
     Parameters
@@ -24,10 +26,6 @@ class Springs:
         self._nodes, self._stiffness = nodes, stiffness
         self.cells = nodes[:, None]
 
-    def prepare(self, x: Array) -> bool:
-        """See ``Term``."""
-        return False
-
     def force(self, x: Array, t: float) -> Array:
         """See ``Term``."""
         result = np.zeros_like(x)
@@ -41,16 +39,6 @@ class Springs:
     def energy(self, x: Array, t: float) -> float:
         """See ``Term``."""
         return float(0.5 * np.sum(self._stiffness * x[self._nodes] ** 2))
-
-    def augment(self, x: Array) -> bool:
-        """See ``Term``."""
-        return False
-
-    def accept(self, x: Array) -> None:
-        """See ``Term``."""
-
-    def reject(self) -> None:
-        """See ``Term``."""
 
     def report(self, x: Array) -> dict[str, float]:
         """See ``Term``."""

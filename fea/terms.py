@@ -41,3 +41,29 @@ class Term(Protocol):
 
     def report(self, x: Array) -> dict[str, float]:
         """What a reader wants to know, by name with unit (``force [N]``)."""
+
+
+class Steady:
+    """The part of ``Term`` that only contact needs; for terms that have no history and couple the same nodes always."""
+
+    def prepare(self, x: Array) -> bool:
+        """Nothing to look for."""
+        return False
+
+    def energy(self, x: Array, t: float) -> float:
+        """None stored."""
+        return 0.0
+
+    def augment(self, x: Array) -> bool:
+        """No multipliers."""
+        return False
+
+    def accept(self, x: Array) -> None:
+        """No history."""
+
+    def reject(self) -> None:
+        """No history."""
+
+    def report(self, x: Array) -> dict[str, float]:
+        """Nothing to tell."""
+        return {}

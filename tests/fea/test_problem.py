@@ -171,6 +171,16 @@ def test_contradictory_constraints_name_the_place(case, message):
         case.problem()
 
 
+def test_symmetry_through_a_rigid_part_that_keeps_it_is_no_contradiction():
+    body = block()
+    case = Case(body).fix("root").symmetry(lambda x: x[:, 1] < 1e-9, "y")
+    case.rigid("end", "tip", at=(2.0, 0.0, 0.5)).hold("y", "rx", "rz")
+    case.force("end", (0.0, 0.0, 1e-4))
+    run = static(case)
+    assert run.completed
+    assert np.abs(run.field()[case.select(lambda x: x[:, 1] < 1e-9)][:, 1]).max() < 1e-15
+
+
 def free_motions():
     body = block()
     yield Case(body).fix("root", "xy"), "can move along z"

@@ -18,10 +18,9 @@ Elements = Literal["hexahedra", "shell"]
 class PinchedTube:
     """One eighth of a tube between two small stamps: a quarter of its circumference, half of its length.
 
-    The axis is x, the crown lies on +z; the end x = ``length`` is free.  The stamp moves the wall, through its
-    thickness like a pad that is printed with it, where it lies closer than ``patch_angle`` (rad) and
-    ``patch_length`` (m) to the middle of the crown, and leaves it free in the two other directions.  (How far a
-    wall that is pressed from one side only is squeezed locally, no mesh of one layer can say.)
+    The axis is x, the crown lies on +z; the end x = ``length`` is free.  The stamp moves the outer nodes that
+    lie closer than ``patch_angle`` (rad) and ``patch_length`` (m) to the middle of the crown, and leaves
+    them free in the two other directions.
 
     Parameters
     ----------
@@ -64,8 +63,9 @@ class PinchedTube:
 
     def stamped(self, points: np.ndarray) -> np.ndarray:
         """Whether points (n, 3) lie under the stamp."""
-        angle = np.arctan2(points[:, 1], points[:, 2])
-        return (angle < self.patch_angle * (1 + 1e-6)) & (points[:, 0] < self.patch_length * (1 + 1e-6))
+        radius, angle = np.hypot(points[:, 1], points[:, 2]), np.arctan2(points[:, 1], points[:, 2])
+        under = (angle < self.patch_angle * (1 + 1e-6)) & (points[:, 0] < self.patch_length * (1 + 1e-6))
+        return under & (radius > self.radius + 0.25 * self.wall)
 
 
 def prescribed(case: "Case") -> dict[int, float]:
