@@ -89,11 +89,11 @@ def _cell_data(run: Run, stresses: bool) -> list[Channel]:
     density = [np.concatenate([p.strain_energy(x[place]) / p.volumes for p, place in parts]) for x in run._fields]
     result = [Channel("strain_energy_density", "J/m^3", np.array(density), ("state", "cell"), "mean of the element")]
     if stresses:
-        mean = np.array([
-            np.concatenate([p.stresses(x[place]).mean(axis=1) for p, place in parts]) for x in run._fields
-        ])  # fmt: skip
+        points = [[p.stresses(x[place]) for p, place in parts] for x in run._fields]
+        mean = np.array([np.concatenate([stress.mean(axis=1) for stress in state]) for state in points])
+        peak = np.array([np.concatenate([von_mises(stress).max(axis=1) for stress in state]) for state in points])
         result.append(Channel("stress", "Pa", mean, ("state", "cell", "axis"), "mean Cauchy stress, 11 22 33 12 13 23"))
-        result.append(Channel("von_mises", "Pa", von_mises(mean), ("state", "cell"), "of the mean Cauchy stress"))
+        result.append(Channel("von_mises", "Pa", peak, ("state", "cell"), "largest at the points of the element"))
     return result
 
 
