@@ -25,6 +25,10 @@ class DivergedError(ArithmeticError):
         self.state = state
 
 
+#: Share of a step below which one that hardly reduces the residual is not worth repeating.
+_LEAST = 0.05
+
+
 class System(Protocol):
     """Equations r(y, s) = 0 with the load parameter s.
 
@@ -182,6 +186,8 @@ def equilibrate(
         length = 1.0
         if not np.linalg.norm(trial[0]) <= max(options.growth * size, max(log.residuals) * scale):
             length, right, scale = search(lambda y: system.residual(y, parameter), state, step, right, trial)
+            if length < _LEAST and np.linalg.norm(right) > 0.99 * size:
+                raise NotConvergedError("Newton's step leads nowhere")
         else:
             right, scale = trial
         moved = length * step
@@ -290,7 +296,7 @@ def attempt(
             raise DivergedError(str(error), here, path.states[-1]) from None
         return False
     path.add(target, state)
-    path.smooth, path.settled = log.effort <= 2, True
+    path.smooth, path.settled = log.effort <= 3, True
     rebased = system.accept(state, target)
     if rebased is not None:
         path.parameters, path.states, path.settled = [target], [rebased], False
@@ -318,7 +324,7 @@ def _guess(system: System, path: Branch, target: float, log: Increment) -> Array
     The tangent's step does not stretch what turns.
     """
     here = path.states[-1]
-    if path.smooth and len(path.states) > 2:
+    if path.smooth and len(path.states) > 1:
         guess = path.predict(target)
         if np.linalg.norm(system.residual(guess, target)[0]) < np.linalg.norm(system.residual(here, target)[0]):
             return guess
