@@ -4,6 +4,7 @@ Both make the load parameter t an unknown and add one equation.  With K a = -r a
 factorisation and two solutions give the step (a + dt b, dt).
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ LARGEST_TURN, KINK = 0.3, 1e-3
 Array = NDArray[np.float64]
 
 
-class _Bordered:
+class _Bordered(ABC):
     """A problem with its load parameter as last unknown; leaves give the extra equation."""
 
     noise = 0.0
@@ -29,13 +30,13 @@ class _Bordered:
         #: Forces that a gap of 1 counts as, so that one tolerance serves all equations.
         self._weight = 0.0
 
+    @abstractmethod
     def row(self) -> tuple[Array, float]:
         """Derivative of the extra equation by y and t."""
-        raise NotImplementedError
 
+    @abstractmethod
     def gap(self, state: Array, parameter: float) -> float:
         """Extra equation's residual."""
-        raise NotImplementedError
 
     def residual(self, state: Array, parameter: float) -> tuple[Array, float]:
         """See ``fea.newton.System``."""

@@ -19,7 +19,7 @@ DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
     # Elements smaller than the shell is thick resolve nothing at the clamps: evener than solids.
     "shell": {
         "mesh": MeshOptions(along=12, across=4, through=1, grading_along=0.5, grading_across=0.0),
-        "motion_mesh": MeshOptions(along=8, across=4, through=1, grading_along=0.5, grading_across=0.0),
+        "motion_mesh": MeshOptions(along=8, across=4, through=1, grading_along=0.7, grading_across=0.0),
     },
 }
 

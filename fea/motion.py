@@ -246,8 +246,8 @@ class Motion:
         return self.problem.solve(right)
 
     def advance(self, state: Array, parameter: float, target: float, renew: bool = True) -> Array:
-        """See ``fea.newton.System``; steps bring their own guess."""
-        raise NotImplementedError
+        """See ``fea.newton.System``; steps bring their own guess, so that none is made here."""
+        return np.zeros_like(state)
 
     def prepare(self, state: Array, parameter: float) -> bool:
         """See ``fea.newton.System``."""

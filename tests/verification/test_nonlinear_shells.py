@@ -89,8 +89,9 @@ def test_slit_annular_plate(reference, compare, counts):
 
 @needed("elements", [8, 16])
 def test_pinched_hemisphere(compare, elements):
-    """Section 3.4, hole of 18 degrees, P = 400: the paper's last row, 4.067 outward and 8.178 inward.
+    """Section 3.4, hole of 18 degrees, P = 400: 4.067 outward and 8.178 inward.
 
+    The two numbers are UNCONFIRMED: quoted as the paper's last row without a readable copy of the table at hand.
     Displacement under the inward load converges slowly here (its 16 x 16 four-node mesh: 8.178, 16 x 16 nine-node
     elements: 8.13); 8 x 8 are too few for 1 % and only tell that nothing locks.
     """
