@@ -264,11 +264,6 @@ class Case:
         self.watched[name] = own[:1]
         return rigid
 
-    def frame_of(self, rigid: Rigid) -> Ints:
-        """Nodes (4,) of a rigid part: its reference point and a point along each axis, for planes that ride on it."""
-        first = int(rigid.nodes[0])
-        return np.arange(first, first + 4)
-
     def tie(
         self, where: Where, surface: str, part: Part | None = None, to: Part | None = None, reach: float | None = None
     ) -> "Case":
