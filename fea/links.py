@@ -138,6 +138,8 @@ class Links:
         self.unknowns = int(ends[-1])
         #: Displacements that are neither unknowns of their own nor prescribed.
         self.linked = np.setdiff1d(np.arange(self.size), np.concatenate([self.free, self.prescribed]))
+        #: Displacements at which something holds or carries: all that are not simply free.
+        self.held = np.union1d(self.prescribed, self.linked)
 
     @property
     def rest(self) -> Array:

@@ -207,29 +207,33 @@ class Motion:
         a = (x - begin.x - h * begin.v) / (blend.beta * h**2) - (0.5 / blend.beta - 1) * begin.a
         return begin.v + h * ((1 - blend.gamma) * begin.a + blend.gamma * a), a
 
-    def forces(self, y: Array, t: float) -> Array:
-        """Out-of-balance forces (N, 3), N, inertia and damping included."""
+    def _inertia(self, y: Array, t: float) -> Array:
+        """Share of the out-of-balance forces (N, 3), N, that is not the static force at the end of the step."""
         blend, begin = self.blend, self._begin
         v, a = self._motion(y, t)
         am, af = blend.alpha_m, blend.alpha_f
         drag = self._drag_x * ((1 - af) * v + af * begin.v).ravel()
         inertia = self.mass @ (((1 - am) * a + am * begin.a).ravel() + drag)
-        return inertia.reshape(-1, 3) + (1 - af) * self._static_force(y, t) + af * begin.force
+        return inertia.reshape(-1, 3) + af * begin.force
 
     def residual(self, state: Array, parameter: float) -> tuple[Array, float]:
         """See ``fea.newton.System``."""
-        forces = self.forces(state, parameter)
-        right = self.problem.links.reduce(forces, state, parameter)
+        return self._balance(state, parameter, self._static_force(state, parameter), self._inertia(state, parameter))
+
+    def _balance(self, state: Array, parameter: float, static: Array, inertia: Array) -> tuple[Array, float]:
+        stiff = 1 - self.blend.alpha_f
+        right = self.problem.links.reduce(inertia + stiff * static, state, parameter)
         for pull, place in self.problem.pose_forces(state, parameter):
-            right[place] -= (1 - self.blend.alpha_f) * pull
+            right[place] -= stiff * pull
         # Free bodies have no reactions: inertia stands in.  Only accepted steps raise the scale for good.
-        inertia = float(np.linalg.norm(forces - (1 - self.blend.alpha_f) * self._static_force(state, parameter)))
-        return right, max(self._scale, inertia if np.isfinite(inertia) else 0.0)
+        size = float(np.linalg.norm(inertia))
+        return right, max(self._scale, size if np.isfinite(size) else 0.0)
 
     def linearise(self, state: Array, parameter: float, step: Array | None = None) -> tuple[Array, float]:
         """See ``fea.newton.System``."""
         blend, h, problem = self.blend, self._step, self.problem
-        _, data, matrices = problem.pieces(state, parameter, step)
+        internal, data, matrices = problem.pieces(state, parameter, step)
+        static, rest = internal - self.loads(parameter), self._inertia(state, parameter)
         inertia = (1 - blend.alpha_m) / (blend.beta * h**2)
         slope = (1 - blend.alpha_f) * blend.gamma / (blend.beta * h)
         stiff = 1 - blend.alpha_f
@@ -237,9 +241,9 @@ class Motion:
         whole = [stiff * k + m for k, m in zip(data, masses, strict=True)]
         small = [stiff * m for m in matrices]
         small[-1] = inertia * self.points.matrices
-        problem.factorise(problem.assemble(whole, small, self.forces(state, parameter), state, parameter))
+        problem.factorise(problem.assemble(whole, small, rest + stiff * static, state, parameter))
         self._factorised_for = h
-        return self.residual(state, parameter)
+        return self._balance(state, parameter, static, rest)
 
     def solve(self, right: Array) -> Array:
         """See ``fea.newton.System``."""

@@ -159,6 +159,7 @@ class Problem:
         ends = np.cumsum([0] + [part.nodes for part in self.parts])
         self.places = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
         size = float(np.ptp(self.points[: ends[-1]], axis=0).max())
+        self._length = float(np.ptp(self.points, axis=0).max())
         stiffest = max(part.material.youngs_modulus for part in self.parts)
         # Below this, forces, N, are nothing at all: it keeps unloaded cases from dividing by zero.
         self._floor = 1e-30 * stiffest * size**2
@@ -227,16 +228,11 @@ class Problem:
         external = self.external(t)
         right = self.links.reduce(internal - external, y, t)
         scale = max(float(np.linalg.norm(external)), self._floor)
-        held = np.union1d(self.links.prescribed, self.links.linked)
-        scale = max(scale, float(np.linalg.norm((internal - external).reshape(-1)[held])))
+        scale = max(scale, float(np.linalg.norm((internal - external).reshape(-1)[self.links.held])))
         for pull, place in self.pose_forces(y, t):
             right[place] -= pull
             scale = max(scale, float(np.linalg.norm(pull)) / self._length)
         return right, scale
-
-    @property
-    def _length(self) -> float:
-        return float(np.ptp(self.points, axis=0).max())
 
     def pose_forces(self, y: Array, t: float) -> list[tuple[Array, slice]]:
         """Generalised forces on the free pose numbers of rigid parts, by moments and springs."""

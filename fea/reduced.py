@@ -99,7 +99,7 @@ class Reduction:
         instants = (step / INSTANTS) * np.arange(INSTANTS * substeps * (count - 1) + 1, dtype=np.float64)
         pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=np.float64)
         q, speed = self._projected(u), self._projected(v)
-        scheme = stepping.Scheme(*self.motion.scheme)
+        scheme = self.motion.scheme
         past = scheme.viscous_time * _rates(q, speed)
         numbers, energies = np.empty((count, r)), np.empty((count, 2))
         done = stepping.run(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fea import foresight
 from fea.foresight import Trail
+from fea.shell_stepping import Scheme
 
 Array = NDArray[np.float64]
 
@@ -30,18 +31,6 @@ class Reduced(NamedTuple):
     strains: Array
     push: Array
     load: Array
-
-
-class Scheme(NamedTuple):
-    """As in ``fea.shell_stepping``."""
-
-    alpha_m: float
-    alpha_f: float
-    beta: float
-    gamma: float
-    viscous_time: float
-    mass_damping: float
-    tolerance: float
 
 
 @njit(cache=True)

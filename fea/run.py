@@ -63,8 +63,7 @@ class Run:
     def __post_init__(self) -> None:
         links = self.problem.links
         self._references = [int(part.nodes[0]) for part in links.rigid]
-        self._held = np.union1d(links.prescribed, links.linked) // 3
-        self._held = np.unique(self._held)
+        self._held = np.unique(links.held // 3)
 
     @property
     def completed(self) -> bool:
