@@ -13,12 +13,13 @@ from pydantic import TypeAdapter
 
 from calibrate.spec import TrackingFit
 from lab.experiments import Experiment
+from lab.fields import changed, shown
 from lab.published import PREFIX, StiffnessTable, locate, read_stiffness_table
 from lab.specimens import Specimen
 from lab.units import to_si
 from pipeline.provenance import source_hash
 from pipeline.study import FeaPerformer, Performer, Study, StudyError, digest, load_study
-from pipeline.sweep import Value, changed, points, shown
+from pipeline.sweep import Value, points
 
 Stage = Literal["mesh", "fea", "prb", "fit"]
 #: Where outputs go, from the project's root; SCRAM_RUNS names another place, as a cluster's scratch disk.

@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from itertools import product
-from typing import Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from lab.materials import Frozen
-from lab.units import Quantity, from_si, to_si
+from lab.units import to_si
 
 #: A swept value as a person wrote it: text with a unit, a number, or null.
 Value = str | float | int | bool | None
@@ -77,63 +76,3 @@ def points(grids: list[Grid]) -> Iterator[dict[str, Value]]:
         lists = [axis.values() if isinstance(axis, Range) else axis for axis in grid.values()]
         for combination in product(*lists):
             yield dict(zip(grid, combination, strict=True))
-
-
-def changed(model: Frozen, path: str, value: Any) -> Frozen:
-    """Copy of ``model`` with the field at the dotted ``path`` replaced by a value written by hand.
-
-    Raises
-    ------
-    ValueError
-        In one line, when there is no such field or the value does not fit it.
-    """
-    head, _, rest = path.partition(".")
-    if head not in type(model).model_fields:
-        raise ValueError(
-            f"{type(model).__name__} has no parameter {head!r}; it has {', '.join(type(model).model_fields)}"
-        )
-    current = getattr(model, head)
-    quantity = quantity_of(type(model), head)
-    if rest and isinstance(current, Frozen):
-        value = changed(current, rest, value)
-    elif rest and isinstance(current, dict):
-        value = {**current, rest: _with_unit(value)}
-    elif rest:
-        raise ValueError(f"{head!r} has no parameter {rest!r}")
-    elif quantity and value is not None:
-        value = to_si(_with_unit(value), quantity.unit)
-    # Set fields only: a default that was left out stays left out, so that its nominal value applies.
-    kept = {name: getattr(model, name) for name in model.model_fields_set}
-    try:
-        return type(model).model_validate({**kept, head: value})
-    except ValidationError as error:
-        raise ValueError(
-            "; ".join(f"{path}: {e['msg'].removeprefix('Value error, ')}" for e in error.errors())
-        ) from None
-
-
-def _with_unit(value: Value) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"{value!r} has no unit")
-    return value
-
-
-def shown(model: Frozen, path: str) -> str:
-    """The value at ``path`` as short text with its usual unit, for names and tables."""
-    head, _, rest = path.partition(".")
-    value = getattr(model, head)
-    if rest:
-        return shown(value, rest) if isinstance(value, Frozen) else str(value.get(rest))
-    unit = quantity_of(type(model), head)
-    if unit and value is not None:
-        return f"{round(from_si(value, unit.unit, unit.shown_in), 9):.9g}{unit.shown_in}"
-    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def quantity_of(model: type[Frozen], name: str) -> Quantity | None:
-    """The unit annotation of a field, if it has one."""
-    field = model.model_fields[name]
-    found = [m for m in field.metadata if isinstance(m, Quantity)]
-    for argument in getattr(field.annotation, "__args__", ()):
-        found += [m for m in getattr(argument, "__metadata__", ()) if isinstance(m, Quantity)]
-    return found[0] if found else None

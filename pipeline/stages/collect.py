@@ -3,11 +3,11 @@
 import math
 from typing import Any
 
+from lab.fields import quantity_of
 from lab.materials import Frozen
 from pipeline.plan import ALL_SOURCES, Plan, Sample
 from pipeline.provenance import provenance
 from pipeline.stages.gather import entries, fit_results
-from pipeline.sweep import quantity_of
 from results.collection import write_study
 from results.store import write_text
 

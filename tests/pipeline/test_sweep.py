@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lab.experiments import StaticStiffness
+from lab.fields import changed, shown
 from lab.specimens import TwistedBeam
-from pipeline.sweep import Range, changed, points, shown
+from pipeline.sweep import Range, points
 
 
 def values(**fields):
