@@ -19,6 +19,7 @@ wildcard_constraints:
 localrules:
     collect,
     compare,
+    ledger,
     pictures,
     report,
 
@@ -45,6 +46,26 @@ rule mesh:
         job=lambda w: plan.jobs["mesh"][w.id].params,
     shell:
         "python -m pipeline mesh {params.study} {wildcards.id:q} -o {output:q} > {log:q} 2>&1"
+
+
+rule lab:
+    input:
+        lambda w: plan.jobs["lab"][w.id].inputs,
+    output:
+        ensure(plan.folder / "lab/{id}.vtkhdf", non_empty=True),
+    log:
+        plan.folder / "logs/lab/{id}.log",
+    benchmark:
+        plan.folder / "benchmarks/lab/{id}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=5,
+    params:
+        study=study,
+        job=lambda w: plan.jobs["lab"][w.id].params,
+    shell:
+        "python -m pipeline lab {params.study} {wildcards.id:q} -o {output:q} > {log:q} 2>&1"
 
 
 rule fea:
@@ -111,6 +132,7 @@ rule fit:
 
 rule collect:
     input:
+        plan.outputs("lab"),
         plan.outputs("fea"),
         plan.outputs("prb"),
         plan.outputs("fit"),
@@ -132,6 +154,7 @@ rule collect:
 
 rule compare:
     input:
+        plan.outputs("lab"),
         plan.outputs("fea"),
         plan.outputs("prb"),
         plan.outputs("fit"),
@@ -148,6 +171,8 @@ rule compare:
         job=plan.whole(
             "lab",
             "results.accuracy",
+            "results.fit_tables",
+            "results.summary",
             "results.tables",
             "pipeline.stages.compare",
             "pipeline.stages.gather",
@@ -156,8 +181,36 @@ rule compare:
         "python -m pipeline compare {params.study} > {log:q} 2>&1"
 
 
+rule ledger:
+    input:
+        plan.outputs("lab"),
+        plan.outputs("fea"),
+        plan.outputs("prb"),
+        plan.outputs("fit"),
+        plan.own_lab_files(),
+    output:
+        plan.folder / "ledger.csv",
+        plan.folder / "ledger.json",
+        plan.folder / "ledger.md",
+    log:
+        plan.folder / "logs/ledger.log",
+    params:
+        study=study,
+        job=plan.whole(
+            "lab",
+            "results.ledger",
+            "results.accuracy",
+            "pipeline.stages.compare",
+            "pipeline.stages.gather",
+            "pipeline.stages.ledger",
+        ),
+    shell:
+        "python -m pipeline ledger {params.study} > {log:q} 2>&1"
+
+
 rule pictures:
     input:
+        plan.outputs("lab"),
         plan.outputs("fea"),
         plan.outputs("prb"),
         plan.outputs("fit"),
@@ -181,6 +234,7 @@ rule pictures:
 rule report:
     input:
         rules.compare.output,
+        rules.ledger.output,
         rules.pictures.output,
         rules.collect.output,
     output:

@@ -1,42 +1,54 @@
 """What a study may choose about a fit."""
 
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from lab.experiments import KPRIME_ENTRIES
 from lab.materials import Frozen
+from lab.units import Quantity
 
 #: Entries of K' that a Young's modulus can be fitted to: the others vanish by symmetry in every model.
 FORCE_ENTRIES: tuple[str, ...] = ("k_yy", "k_yz", "k_zy", "k_zz", "n_xx")
+#: Sensor nuisances; ``experiment.PATH`` names any number of the experiment beside them.
+SENSOR_NUISANCES: tuple[str, ...] = ("release_time", "offset", "gain")
+EXPERIMENT_PREFIX = "experiment."
+
+Bounds = tuple[float | str, float | str]
+Second = Annotated[float, Quantity("s", "s")]
 
 
-class TrackingFit(Frozen):
-    """Fit a PRB performer's parameters to marker tracks, by eq. 5.13 over all used records jointly."""
+def _with_units(value: Any, info: ValidationInfo) -> Any:
+    """Bounds as they are, unless a person wrote one of them without its unit."""
+    if (info.context or {}).get("units_required") and isinstance(value, dict):
+        for name, bounds in value.items():
+            for bound in bounds if isinstance(bounds, list | tuple) and name != "gain" else ():
+                if not isinstance(bound, str):
+                    raise ValueError(f"bound {bound!r} of {name} has no unit; write it like '{bound} ms'")
+    return value
 
-    kind: Literal["tracking"] = "tracking"
-    model: str = Field(description="PRB performer whose parameters are fitted.")
-    #: Free parameters, each with its bounds as text with units; null takes the topology's.
-    free: dict[str, tuple[float | str, float | str] | None] = Field(min_length=1)
+
+class DataSpec(Frozen):
+    """Records of one campaign by one performer, and what their sensors may have done to them."""
+
     campaign: str
-    reference: str = Field(description="Performer of the campaign whose records are tracked.")
-    used: list[str] = Field(min_length=1, description="Samples that the fit sees.")
+    reference: str = Field(description="Performer of the campaign whose records are followed.")
+    used: list[str] = Field(default_factory=list, description="Samples that the fit sees.")
     held_out: list[str] = Field(default_factory=list, description="Samples that it does not see.")
-    method: Literal["differential-evolution"] = "differential-evolution"
-    population: int = Field(15, ge=5, le=200, description="Candidates per generation and free parameter.")
-    generations: int = Field(60, ge=1, le=10_000)
-    seed: int = Field(1, ge=0)
-    tolerance: float = Field(0.01, gt=0, description="Spread of the objectives at which the search ends.")
+    #: Channels or reduced numbers that count; empty: markers of a motion, the forces' entries of K' of a static test.
+    quantities: list[str] = Field(default_factory=list)
+    weight: float = Field(1.0, gt=0, description="Weight of each of these records beside those of other data.")
+    #: Part of the record that counts, on its own clock.
+    window: tuple[Second, Second] | None = None
+    #: Sensor numbers that are fitted for each record, with bounds; null takes usual ones.  release_time: the
+    #: record's clock minus ours; offset: constant per marker and axis; gain; experiment.PATH: a number of the test.
+    nuisances: dict[str, Bounds | None] = Field(default_factory=dict)
+    shared: list[str] = Field(default_factory=list, description="Nuisances that all these records have in common.")
+    #: Standard deviation of the sensor's noise on each coordinate, where it is known.
+    noise: Annotated[float, Quantity("m", "mm"), Field(gt=0)] | None = None
 
-    @field_validator("free", mode="before")
-    @classmethod
-    def _bounds_have_units(cls, value: Any, info: ValidationInfo) -> Any:
-        if (info.context or {}).get("units_required") and isinstance(value, dict):
-            for name, bounds in value.items():
-                for bound in bounds if isinstance(bounds, list | tuple) else ():
-                    if not isinstance(bound, str):
-                        raise ValueError(f"bound {bound!r} of {name} has no unit; write it like '{bound} ms'")
-        return value
+    _bounds_have_units = field_validator("nuisances", mode="before")(_with_units)
 
     @field_validator("held_out")
     @classmethod
@@ -45,6 +57,77 @@ class TrackingFit(Frozen):
             raise ValueError(f"{', '.join(seen)} cannot be both used and held out")
         return value
 
+    @field_validator("window")
+    @classmethod
+    def _has_a_length(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value and not value[0] < value[1]:
+            raise ValueError(f"window from {value[0]:g} s to {value[1]:g} s is empty; needed: from < to")
+        return value
+
+    @field_validator("nuisances")
+    @classmethod
+    def _nuisances_exist(cls, value: Mapping[str, Any]) -> Mapping[str, Any]:
+        for name in value:
+            if name not in SENSOR_NUISANCES and not name.startswith(EXPERIMENT_PREFIX):
+                known = f"{', '.join(SENSOR_NUISANCES)} and {EXPERIMENT_PREFIX}PATH"
+                raise ValueError(f"no nuisance {name!r}; there is {known}")
+        return value
+
+    @model_validator(mode="after")
+    def _shared_ones_are_searched(self) -> Self:
+        for name in self.shared:
+            if name not in self.nuisances or name == "offset":
+                raise ValueError(f"shared: {name!r} must be one of the nuisances, other than offset")
+        return self
+
+
+class Search(Frozen):
+    """How the optimum is looked for."""
+
+    method: Literal["differential-evolution", "least-squares"] = "differential-evolution"
+    population: int = Field(15, ge=5, le=200, description="Candidates per generation and free parameter.")
+    generations: int = Field(60, ge=1, le=10_000)
+    starts: int = Field(24, ge=1, le=10_000, description="Latin hypercube starts of least-squares.")
+    polished: int = Field(3, ge=1, le=100, description="Best starts from which least-squares goes on.")
+    seed: int = Field(1, ge=0)
+    tolerance: float = Field(0.01, gt=0, description="Spread of the objectives at which differential evolution ends.")
+
+
+class _Fitting(Frozen):
+    """What fits of free parameters have in common."""
+
+    model: str = Field(description="Performer whose parameters are fitted.")
+    #: Free parameters, each with its bounds as text with units; null takes the model's own.
+    free: dict[str, Bounds | None] = Field(min_length=1)
+    data: list[DataSpec] = Field(min_length=1)
+    objective: Literal["rms", "relative"] = Field(
+        "rms", description="rms: eq. 5.13 in metres, markers only; relative: every quantity over its own size."
+    )
+    search: Search = Search()
+
+    _bounds_have_units = field_validator("free", mode="before")(_with_units)
+
+    @model_validator(mode="after")
+    def _records_are_told_apart(self) -> Self:
+        used, held = (
+            {(item.campaign, item.reference, slug) for item in self.data for slug in getattr(item, key)}
+            for key in ("used", "held_out")
+        )
+        if not used:
+            raise ValueError("data: no record is used; name at least one under used")
+        if seen := sorted(used & held):
+            raise ValueError(f"{', '.join(slug for *_, slug in seen)} cannot be both used and held out")
+        return self
+
+
+class Fit(_Fitting):
+    """Fit a performer's parameters to records, jointly."""
+
+    kind: Literal["fit"] = "fit"
+    bootstrap: int = Field(0, ge=0, le=10_000, description="Refits to resampled records; 0: none.")
+    profile: bool = Field(False, description="Profile likelihood of every parameter.")
+    advice: bool = Field(True, description="Look for experiments that would tell more (fast performers only).")
+
 
 def _known(entries: list[str]) -> list[str]:
     known = [name for name, _ in KPRIME_ENTRIES]
@@ -52,6 +135,41 @@ def _known(entries: list[str]) -> list[str]:
         if entry not in known:
             raise ValueError(f"no entry {entry!r} in K'; there is {', '.join(known)}")
     return entries
+
+
+class SelectionFit(Frozen):
+    """Compare finished fits of the same records: which topology predicts best, and how far their answers differ."""
+
+    kind: Literal["selection"] = "selection"
+    fits: list[str] = Field(min_length=2, description="Fits of kind fit, of the same data.")
+    leave_one_out: bool = Field(
+        False, description="Rank by refits that leave out one used record each; else by the held-out records."
+    )
+
+    @field_validator("fits")
+    @classmethod
+    def _named_once(cls, value: list[str]) -> list[str]:
+        if twice := sorted({name for name in value if value.count(name) > 1}):
+            raise ValueError(f"{', '.join(twice)} named more than once")
+        return value
+
+
+class ParametricFit(_Fitting):
+    """Learn a PRB's parameters as smooth functions of the design, from a fit at each design of a sweep."""
+
+    kind: Literal["parametric"] = "parametric"
+    #: Numeric fields of the specimen that span the designs, as twist.
+    design: list[str] = Field(default_factory=lambda: ["twist"], min_length=1)
+    #: Parameters that are even or odd functions of the (single) design variable, as GJ of the twist.
+    symmetry: dict[str, Literal["even", "odd"]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _symmetry_fits(self) -> Self:
+        if self.symmetry and len(self.design) > 1:
+            raise ValueError(f"symmetry needs one design variable, not {', '.join(self.design)}")
+        if unknown := sorted(set(self.symmetry) - set(self.free)):
+            raise ValueError(f"symmetry of {', '.join(unknown)}, which is not free")
+        return self
 
 
 class ModulusFit(Frozen):

@@ -49,7 +49,11 @@ def _kernel_cache() -> str:
 os.environ.setdefault("NUMBA_CACHE_DIR", _kernel_cache())
 
 #: Experiment kind to the module that performs it.
-PERFORMERS = {"StaticStiffness": "fea.static_stiffness", "RingDown": "fea.ring_down"}
+PERFORMERS = {
+    "StaticStiffness": "fea.static_stiffness",
+    "RingDown": "fea.ring_down",
+    "BaseShake": "fea.base_shake",
+}
 
 #: Public names to their modules: numba and scikit-fem load only when there is work for them.
 _PUBLIC = {
@@ -82,7 +86,7 @@ def perform(specimen: Specimen, experiment: Experiment, model: FeaModel, mesh: A
     model
         Material changes, solver, time step.  Its mesh options are not used here.
     mesh
-        Mesh of the specimen, as from ``meshes.read_mesh``.
+        Mesh of the specimen as the model changes it, as from ``meshes.read_mesh``.
 
     Returns
     -------

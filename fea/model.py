@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from lab.experiments import Experiment
+from lab.fields import with_numbers
 from lab.materials import Frozen, Law
 from lab.specimens import Specimen
 from lab.units import Quantity
@@ -47,6 +48,8 @@ class FeaModel(Frozen):
         DEFAULT_MESHES["solid"]["motion_mesh"], description="Shells have defaults of their own."
     )
     material: MaterialChange = MaterialChange()
+    #: Replaces the specimen's; meshes of solids must be made with it (those of shells do not depend on it).
+    thickness: Annotated[float, Quantity("m", "mm"), Field(gt=0)] | None = None
     linear_solver: Literal["auto", "pardiso", "superlu"] = Field(
         "auto", description="auto: MKL Pardiso where its wheel is installed, SciPy's SuperLU elsewhere."
     )
@@ -74,6 +77,13 @@ class FeaModel(Frozen):
         return self.motion_mesh if experiment.in_motion else self.mesh
 
     def applied_to(self, specimen: Specimen) -> Specimen:
-        """The specimen with this performer's material figures."""
+        """The specimen with this performer's material figures and thickness.
+
+        Raises
+        ------
+        ValueError
+            When the thickness exceeds the specimen's width.
+        """
         change = self.material.model_dump(exclude_none=True)
-        return specimen.model_copy(update={"material": specimen.material.model_copy(update=change)})
+        changed = specimen.model_copy(update={"material": specimen.material.model_copy(update=change)})
+        return changed if self.thickness is None else with_numbers(changed, {"thickness": self.thickness})

@@ -1,27 +1,25 @@
 """``RingDown`` by finite elements."""
 
 from dataclasses import dataclass, field
-from functools import cache
 from math import ceil
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshQuad2
 
-from fea.case import Case
+from fea.carrier import Carrier
+from fea.case import Case, stages
 from fea.dynamics import Blend, Dynamics, StoppedError
 from fea.model import FeaModel
 from fea.newton import Options
 from fea.parts import Deformable
 from fea.pictures import fields
-from fea.rigid_part import mean_rigid_motion
-from fea.setting_up import Mesh, how, make_part, said, warm_up
+from fea.run import Run
+from fea.setting_up import Mesh, how, make_part, said, warm_up, warm_up_motion
 from fea.shell import Shell
 from fea.statics import static
 from lab.experiments import RingDown
-from lab.materials import Material
 from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
 
@@ -33,38 +31,26 @@ _SHOWN, _SHOWN_UNTIL = 12, 0.060
 _DYNAMIC_TOLERANCE = 1e-5
 
 
-class Carrier:
-    """Light carrier of the markers, riding on the mean rigid motion of the tip face."""
-
-    def __init__(self, part: Deformable, places: Array) -> None:
-        self.places = places
-        self.nodes = part.boundary("tip")
-        self.shares = part.shares("tip")[self.nodes]
-        points = part.points[self.nodes]
-        self.arms = points - self.shares @ points / self.shares.sum()
-
-    def read(self, displacement: Array) -> tuple[Array, Array]:
-        """Displacements of the markers (marker, 3) and of the tip's centre (3,), m."""
-        shift, turn = mean_rigid_motion(self.arms, self.shares, displacement[self.nodes])
-        return shift + self.places @ (turn - np.eye(3)).T, shift
-
-
 @dataclass
 class _Sensed:
-    """Samples of the record as they come in."""
+    """Samples of the record as they come in; ``rest`` (nodes, 3), m, is what markers are measured from."""
 
     carrier: Carrier
+    rest: Array
     markers: list[Array] = field(default_factory=list)
     tip: list[Array] = field(default_factory=list)
     kinetic: list[float] = field(default_factory=list)
     strain: list[float] = field(default_factory=list)
     states: list[tuple[float, Array]] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self._markers_at_rest, self._tip_at_rest = self.carrier.read(self.rest)
+
     def read(self, experiment: RingDown, displacement: Array, kinetic: float, strain: float) -> None:
         number = len(self.tip)
         markers, tip = self.carrier.read(displacement)
-        self.markers.append(markers)
-        self.tip.append(tip)
+        self.markers.append(markers - self._markers_at_rest)
+        self.tip.append(tip - self._tip_at_rest)
         self.kinetic.append(kinetic)
         self.strain.append(strain)
         shown = np.linspace(0, min(_SHOWN_UNTIL, experiment.duration) * experiment.rate, _SHOWN).round()
@@ -72,44 +58,67 @@ class _Sensed:
             self.states.append((number / experiment.rate, displacement))
 
 
+@dataclass(frozen=True)
+class _Start:
+    """What the motion begins with: displacements at ``rest`` and when ``hung`` (nodes, 3), m, and weights, N."""
+
+    run: Run
+    rest: Array
+    hung: Array
+    weight: Array
+    reason: str = ""
+
+
 def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mesh) -> Record:
     """Hang the load, cut it, and follow the free motion; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
     if model.element == "shell":
-        _warm_up_motion()
+        warm_up_motion()
     began = perf_counter()
     part = make_part(specimen, model, mesh)
-    hanging = Case(part, solver=model.linear_solver).fix("root").force("tip", experiment.load)
-    hung = static(hanging, [1.0], options=Options(tolerance=model.tolerance))
-    sensed, reason = _Sensed(Carrier(part, np.array(experiment.markers))), ""
-    history: dict[str, Any] = {"static": hung.history}
-    if hung.completed:
+    carrier = Carrier(part, np.array(experiment.markers))
+    start = _hang(part, carrier, specimen, experiment, model)
+    sensed, reason = _Sensed(carrier, start.rest), start.reason
+    history: dict[str, Any] = {"static": start.run.history}
+    if reason:
+        sensed.states.append((0.0, start.hung))
+    else:
         swing = _swing_shell if isinstance(part, Shell) else _swing
         try:
-            history["dynamic"] = swing(part, hung.field(), specimen, experiment, model, sensed)
+            history["dynamic"] = swing(part, start, specimen, experiment, model, sensed)
         except StoppedError as error:
             reason = f"the motion stopped at {error.time:.6g} s of {experiment.duration:g} s: {error}"
-    else:
-        sensed.states.append((0.0, hung.field()))
-        reason = f"the hanging load was reached to {100 * hung.reached:.3g} % only: {hung.reason}"
     seconds = perf_counter() - began
     return Record(
         **said(specimen, experiment, model),
         channels=_channels(experiment, model, sensed, history),
-        how=how(part, model, hung.problem.linear, seconds, history),
+        how=how(part, model, start.run.problem.linear, seconds, history),
         status="diverged" if reason else "completed",
         reason=reason,
         fields=fields(part, *map(list, zip(*sensed.states, strict=True))),
     )
 
 
-@cache
-def _warm_up_motion() -> None:
-    """Compile or load the steps of shells on one element."""
-    from fea.shell_motion import ShellMotion
-
-    mesh = MeshQuad2().with_boundaries({"root": lambda x: x[0] < 0.1})
-    ShellMotion(Shell(mesh, 0.1, Material())).run(1e-4, 2)
+def _hang(part: Deformable, carrier: Carrier, specimen: Specimen, experiment: RingDown, model: FeaModel) -> _Start:
+    """Equilibria under the own weight, where it counts, and then under the load as well."""
+    case = Case(part, solver=model.linear_solver).fix("root").mass("tip", specimen.tip_mass)
+    gravity, levels = experiment.own_gravity, [1.0]
+    if gravity is not None:
+        levels = [1.0, 2.0]
+        case.gravity(gravity, stages((0.0, 0.0), (1.0, 1.0)))
+    loading = stages((levels[-1] - 1.0, 0.0), (levels[-1], 1.0))
+    for node, share in zip(carrier.nodes, carrier.hung_at(np.array(experiment.load_place)), strict=True):
+        case.force([int(node)], share * np.array(experiment.load), loading)
+    run = static(case, levels, options=Options(tolerance=model.tolerance))
+    at_rest = np.zeros_like(part.points)
+    rest = run.field(1) if gravity is not None and run.t[-1] >= 1.0 else at_rest
+    weight = at_rest if gravity is None else np.outer(case.nodal_mass(), gravity)
+    reason = ""
+    if not run.completed:
+        sags = gravity is not None and run.t[-1] < 1.0
+        what, share = ("own weight", run.t[-1]) if sags else ("hanging load", run.t[-1] - levels[-1] + 1.0)
+        reason = f"the {what} was reached to {100 * share:.3g} % only: {run.reason}"
+    return _Start(run, rest, run.field(), weight, reason)
 
 
 def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:
@@ -120,13 +129,13 @@ def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:
 
 
 def _swing(
-    part: Deformable, hung: Array, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, start: _Start, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
-    """Motion from rest at ``hung`` (nodes, 3), m; returns what the integrator did."""
-    swinging = Dynamics(part, {"tip": specimen.tip_mass}, None, model.linear_solver, _DYNAMIC_TOLERANCE)
+    """Motion after the release; returns what the integrator did."""
+    swinging = Dynamics(part, {"tip": specimen.tip_mass}, start.weight, model.linear_solver, _DYNAMIC_TOLERANCE)
     interval, substeps = _steps(experiment, model)
-    start = hung.reshape(-1)[swinging.free]
-    begin = swinging.start(start, np.zeros_like(start))
+    hung = start.hung.reshape(-1)[swinging.free]
+    begin = swinging.start(hung, np.zeros_like(hung))
     for motion in swinging.samples(begin, interval, experiment.samples, substeps):
         moved = swinging.nodal(motion.u)
         sensed.read(experiment, moved, swinging.kinetic_energy(motion), swinging.strain_energy(motion))
@@ -134,15 +143,15 @@ def _swing(
 
 
 def _swing_shell(
-    part: Deformable, hung: Array, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, start: _Start, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
     """The same by compiled steps."""
     from fea.shell_motion import ShellMotion
 
     assert isinstance(part, Shell)
-    swinging = ShellMotion(part, {"tip": specimen.tip_mass}, tolerance=_DYNAMIC_TOLERANCE)
+    swinging = ShellMotion(part, {"tip": specimen.tip_mass}, start.weight, tolerance=_DYNAMIC_TOLERANCE)
     interval, substeps = _steps(experiment, model)
-    path = swinging.run(interval, experiment.samples, substeps, u=hung)
+    path = swinging.run(interval, experiment.samples, substeps, u=start.hung)
     for moved, kinetic, strain in zip(path.displacement, path.kinetic, path.strain, strict=True):
         sensed.read(experiment, moved, float(kinetic), float(strain))
     if path.stopped:

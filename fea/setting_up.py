@@ -20,6 +20,10 @@ from meshes.making import Element, thickness_directions
 Mesh: TypeAlias = MeshHex2 | MeshQuad2
 
 
+#: Share by which the section of a mesh may differ from the specimen's: of another thickness, or the facets of a twist.
+_WRONG_SECTION = 0.02
+
+
 @cache
 def warm_up(solver: str, element: Element = "solid") -> None:
     """Compile or load the kernels and the linear solver on one element, so that clocks see only work."""
@@ -32,6 +36,15 @@ def warm_up(solver: str, element: Element = "solid") -> None:
     linear = make_solver(solver, pattern)
     linear.factorise(data[taken])
     linear.solve(np.zeros(pattern.size))
+
+
+@cache
+def warm_up_motion() -> None:
+    """Compile or load the steps of shells on one element."""
+    from fea.shell_motion import ShellMotion
+
+    mesh = MeshQuad2().with_boundaries({"root": lambda x: x[0] < 0.1})
+    ShellMotion(Shell(mesh, 0.1, Material())).run(1e-4, 2)
 
 
 def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
@@ -47,20 +60,26 @@ def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
         raise ValueError(f"a {type(mesh).__name__} is no mesh for the element {model.element!r} of the model")
     if isinstance(mesh, MeshQuad2):
         directors = thickness_directions(specimen, mesh.doflocs.T)
-        return Shell(mesh, specimen.thickness, applied.material, applied.effective_density, directors)
-    return Body(mesh, applied.material, applied.effective_density)
+        return Shell(mesh, applied.thickness, applied.material, applied.effective_density, directors)
+    body = Body(mesh, applied.material, applied.effective_density)
+    if abs(body.shares("tip").sum() / applied.area - 1.0) > _WRONG_SECTION:
+        area, wanted = 1e6 * body.shares("tip").sum(), 1e6 * applied.area
+        raise ValueError(f"the mesh has a tip of {area:.4g} mm^2, the specimen of this model {wanted:.4g} mm^2")
+    return body
 
 
 def how(
-    part: Deformable, model: FeaModel, solver: LinearSolver, seconds: float, history: dict[str, Any]
+    part: Deformable, model: FeaModel, solver: LinearSolver | str, seconds: float, history: dict[str, Any]
 ) -> dict[str, Any]:
     """The record's ``how``: plain JSON data."""
+    thickness = {"thickness": float(np.mean(part.thickness))} if isinstance(part, Shell) else {}
     return {
         "mesh": {"elements": len(part.cells), "nodes": part.nodes, "element": part.kind},
         "unknowns": 3 * part.nodes,
         "material": part.material.model_dump(),
         "density": part.density,
-        "linear_solver": solver.name,
+        **thickness,
+        "linear_solver": solver if isinstance(solver, str) else solver.name,
         "tolerance": model.tolerance,
         "history": history,
         "wall_time_s": seconds,

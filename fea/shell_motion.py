@@ -16,50 +16,12 @@ from fea import shell_stepping as stepping
 from fea.dynamics import Blend, axes_of
 from fea.linear import make_solver
 from fea.shell import Shell
+from lab.experiments.shaking import SmoothShake as SmoothShake
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 #: Accelerations (m, 3), m/s^2, at times (m,), s.
 Acceleration = Callable[[Array], Array]
-
-
-@dataclass(frozen=True)
-class SmoothShake:
-    """Clamp moved as amplitude * r(t) sin(2 pi f t); r rises from 0 to 1 within ``rise`` with a smooth acceleration.
-
-    Parameters
-    ----------
-    amplitude
-        Along x, y, z; m.
-    frequency
-        Hz.
-    rise
-        s; 0 starts at full speed.
-    """
-
-    amplitude: tuple[float, float, float]
-    frequency: float
-    rise: float = 0.1
-
-    def _share(self, times: Array) -> tuple[Array, Array, Array]:
-        """r and its first two derivatives (m,): the quintic between two rests."""
-        if self.rise <= 0.0:
-            return np.ones_like(times), np.zeros_like(times), np.zeros_like(times)
-        x = np.clip(times / self.rise, 0.0, 1.0)
-        share = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-        return share, 30.0 * (x * (1 - x)) ** 2 / self.rise, 60.0 * x * (1 - x) * (1 - 2 * x) / self.rise**2
-
-    def displacement(self, times: Array) -> Array:
-        """Of the clamp (m, 3), m."""
-        share, _, _ = self._share(times)
-        return np.outer(share * np.sin(2 * np.pi * self.frequency * times), self.amplitude)
-
-    def acceleration(self, times: Array) -> Array:
-        """Of the clamp (m, 3), m/s^2."""
-        w = 2 * np.pi * self.frequency
-        r0, r1, r2 = self._share(times)
-        sine, cosine = np.sin(w * times), np.cos(w * times)
-        return np.outer((r2 - w**2 * r0) * sine + 2 * w * r1 * cosine, self.amplitude)
 
 
 @dataclass(frozen=True)
@@ -144,24 +106,38 @@ class ShellMotion:
         kept
             Nodes whose displacement is wanted; None: all.
         """
+        pushed = np.zeros(3) if base is None else base(np.zeros(1))[0]
+        state = self.begin(interval / substeps, pushed, u, v)
+        return self.go_on(state, interval, count, substeps, base, kept)
+
+    def go_on(
+        self, state: stepping.State, interval: float, count: int, substeps: int = 1, base: Acceleration | None = None,
+        kept: Ints | None = None, since: float = 0.0,
+    ) -> Trajectory:  # fmt: skip
+        """The motion from ``state`` at ``since``, s, as ``run``; the state is moved on to the last sample.
+
+        Motions may be interrupted: what is learnt for the next steps is kept until another one begins.
+        """
         step = interval / substeps
-        instants = (step / stepping.INSTANTS) * np.arange(
+        instants = since + (step / stepping.INSTANTS) * np.arange(
             stepping.INSTANTS * substeps * (count - 1) + 1, dtype=np.float64
         )
         pushed = np.zeros((1, 3)) if base is None else np.ascontiguousarray(base(instants), dtype=np.float64)
         nodes = np.arange(self.shell.nodes) if kept is None else np.asarray(kept)
         displacement, energies = np.empty((count, 3 * len(nodes))), np.empty((count, 3))
-        self.work = stepping.work(self.system, self._width, self._shelf)
-        state = self._begin(step, pushed[0], u, v)
         done = stepping.run(
             self.system, self.scheme, state, step, substeps, pushed, axes_of(nodes), self.work, displacement, energies
         )
-        times = interval * np.arange(count, dtype=np.float64)
+        times = since + interval * np.arange(count, dtype=np.float64)
         stopped = "" if done == count else f"no equilibrium of forces after {times[done - 1]:.6g} s in halved steps"
         kinetic, strain, work = energies[:done].T.copy()
         return Trajectory(times[:done], displacement[:done].reshape(done, -1, 3), kinetic, strain, work, stopped)
 
-    def _begin(self, step: float, pushed: Array, u: Array | None, v: Array | None) -> stepping.State:
+    def begin(
+        self, step: float, pushed: Array | None = None, u: Array | None = None, v: Array | None = None
+    ) -> stepping.State:
+        """State of a motion that begins: as ``run``, with the clamp's acceleration ``pushed`` (3,), m/s^2, there."""
+        self.work = stepping.work(self.system, self._width, self._shelf)
         shell, system = self.shell, self.system
         nodal = [np.zeros((shell.nodes, 3)) if x is None else np.asarray(x, dtype=float) for x in (u, v)]
         start, speed = (x.reshape(-1)[system.unknowns] for x in nodal)
@@ -174,7 +150,9 @@ class ShellMotion:
         ahead, behind = (shell.strains(nodal[0] + sense * nodal[1]) for sense in (1e-3, -1e-3))
         stepping.begin(system, state, self.scheme.viscous_time * (ahead - behind) / 2e-3, self.work)
         push = np.zeros((shell.nodes, 3))
-        push.reshape(-1)[system.unknowns] = system.load - state.force - system.carried @ pushed
+        push.reshape(-1)[system.unknowns] = (
+            system.load - state.force - system.carried @ (np.zeros(3) if pushed is None else pushed)
+        )
         solver = make_solver("auto", self._pattern)
         solver.factorise(self._mass_data)
         a = np.zeros(3 * shell.nodes)

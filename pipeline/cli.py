@@ -52,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
 
     for name, target, example in (
         ("mesh", "mesh", "beam_16x4x2_0ba9cf54 -o beam.msh"),
+        ("lab", "sample", "release.lab.single -o sample.vtkhdf"),
         ("fea", "sample", "table.fea-datasheet.twist=90deg -o sample.vtkhdf"),
         ("prb", "sample", "ring-down.prb-published.direction=0deg -o sample.vtkhdf"),
         ("fit", "fit", "modulus -o modulus.json"),
@@ -69,11 +70,18 @@ def _parser() -> argparse.ArgumentParser:
         ("plan", "list every job of a study"),
         ("collect", "stage collect: gather all records and fits in study.h5"),
         ("compare", "stage compare: write the accuracy tables"),
+        ("ledger", "stage ledger: every published figure beside ours, with a verdict"),
         ("pictures", "stage pictures: draw figures, and scenes where rendering works"),
         ("report", "stage report: write the HTML report"),
         ("show", "print the accuracy table of a finished study"),
     ):
         add(name, _COMMANDS[name], text, "config/quick.yaml").add_argument("study", type=Path)
+    carry = add("model", _model, "write a fitted PRB as MJCF for any design", "my.yaml chain --set 'twist=75 deg'")
+    carry.add_argument("study", type=Path)
+    carry.add_argument("performer", help="PRB performer of the study")
+    carry.add_argument("--specimen", default="", help="specimen of the study (default: its only one)")
+    carry.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE", help="change of the specimen")
+    carry.add_argument("-o", "--output", type=Path, default=Path("model.xml"), help="file to write")
     measure = add("bench", _bench, "run benchmarks and write runs/bench/benchmarks.csv", "tube_pinch")
     measure.add_argument("names", nargs="*", metavar="NAME", help="benchmarks (default: all)")
     measure.add_argument("--list", action="store_true", help="only list their names")
@@ -118,6 +126,13 @@ def _stage_function(options: argparse.Namespace) -> Callable[["Plan", str, Path]
     from pipeline.stages.perform import perform
 
     return perform
+
+
+def _model(options: argparse.Namespace) -> int:
+    from pipeline.stages.model import model
+
+    print(model(_plan_of(options), options.performer, options.specimen, options.set, options.output))
+    return OK
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -172,6 +187,7 @@ _COMMANDS = {
     "plan": _list,
     "collect": _late("collect"),
     "compare": _late("compare"),
+    "ledger": _late("ledger"),
     "pictures": _late("pictures"),
     "report": _late("report"),
     "show": _show,

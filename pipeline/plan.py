@@ -11,26 +11,37 @@ from typing import Any, Literal, get_args
 
 from pydantic import TypeAdapter
 
-from calibrate.spec import TrackingFit
+from calibrate.spec import Fit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
 from lab.experiments import Experiment
 from lab.fields import changed, shown
 from lab.published import PREFIX, StiffnessTable, locate, read_stiffness_table
+from lab.recordings import inputs as lab_inputs
 from lab.specimens import Specimen
 from lab.units import to_si
 from pipeline.provenance import source_hash
-from pipeline.study import FeaPerformer, Performer, Study, StudyError, digest, load_study
+from pipeline.study import SINGLE, FeaPerformer, LabPerformer, Performer, Study, StudyError, digest, load_study
 from pipeline.sweep import Value, points
+from results.accuracy import Seen
 
-Stage = Literal["mesh", "fea", "prb", "fit"]
+Stage = Literal["mesh", "lab", "fea", "prb", "fit"]
 #: Where outputs go, from the project's root; SCRAM_RUNS names another place, as a cluster's scratch disk.
 RUNS = Path(os.environ.get("SCRAM_RUNS", "runs"))
+#: The bench: what every performer of an experiment uses of ``lab``.  The ledger's words, say, are not in it.
+_BENCH = (
+    "lab.data.materials", "lab.experiments", "lab.fields", "lab.materials", "lab.measures", "lab.records",
+    "lab.requests", "lab.specimens", "lab.units",
+)  # fmt: skip
 #: What each stage's answer depends on: packages or modules, by import name.
 SOURCES: Mapping[str, tuple[str, ...]] = {
-    "mesh": ("lab", "meshes", "pipeline.stages.mesh"),
-    "fea": ("lab", "meshes", "fea", "results.store", "pipeline.stages.perform"),
-    "prb": ("lab", "prb", "results.store", "pipeline.stages.perform"),
-    "fit": ("lab", "prb", "calibrate", "results.store", "pipeline.stages.fit"),
-}
+    "mesh": (*_BENCH, "meshes", "pipeline.stages.mesh"),
+    "lab": (*_BENCH, "lab.readers", "lab.signals", "lab.recordings", "results.store", "pipeline.stages.perform"),
+    "fea": (*_BENCH, "meshes", "fea", "results.store", "pipeline.stages.perform"),
+    "prb": (*_BENCH, "prb", "results.store", "pipeline.stages.perform"),
+    "fit": (
+        *_BENCH, "lab.published", "meshes", "fea", "prb", "calibrate", "results.store", "pipeline.stages.fit",
+        "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings", "pipeline.stages.fit_selection",
+    ),
+}  # fmt: skip
 ALL_SOURCES = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
 
 
@@ -65,6 +76,31 @@ class Sample:
     def stage(self) -> Stage:
         """Stage that performs it."""
         return self.model.kind
+
+
+@dataclass(frozen=True)
+class Datum:
+    """One record that a fit follows.
+
+    Parameters
+    ----------
+    item
+        Its item in the fit's ``data``.
+    used
+        Whether the fit sees it; else it is held out.
+    label
+        Name in the fit's result.
+    sample
+        Where the record stands; for a row of a lab table, the fitted model's sample that stands for it.
+    row
+        Published twist of a lab table's row, deg; None for a record of a performer.
+    """
+
+    item: int
+    used: bool
+    label: str
+    sample: Sample
+    row: float | None
 
 
 @dataclass(frozen=True)
@@ -143,7 +179,7 @@ class Plan:
             except ValueError as error:
                 raise StudyError(f"campaigns.{campaign}.sweep.{axis}: {error}") from None
             words.append(f"{path.rpartition('.')[2]}={shown(bench[part], path)}")
-        slug = "_".join(words).replace("/", "per").replace("^", "").replace("*", "").replace(" ", "") or "single"
+        slug = "_".join(words).replace("/", "per").replace("^", "").replace("*", "").replace(" ", "") or SINGLE
         return Sample(
             campaign, performer, slug, spec.specimen, bench["specimen"], bench["experiment"], bench["performer"]
         )
@@ -173,11 +209,11 @@ class Plan:
         """The mesh of an FEA sample; samples with the same geometry share it."""
         if not isinstance(sample.model, FeaPerformer):
             raise TypeError(f"{sample.id} needs no mesh")
-        geometry, options = sample.specimen.geometry(), sample.model.mesh_for(sample.experiment)
+        specimen, options = sample.model.applied_to(sample.specimen), sample.model.mesh_for(sample.experiment)
         element = sample.model.element
         counts = [options.along, options.across, *([options.through] if element == "solid" else [])]
         params = {
-            "specimen": {"kind": sample.specimen.kind, **geometry},
+            "specimen": {"kind": specimen.kind, **specimen.geometry()},
             "element": element,
             "mesh": options.model_dump(exclude=set() if element == "solid" else {"through"}),
         }
@@ -186,7 +222,9 @@ class Plan:
 
     def _sample_job(self, sample: Sample) -> Job:
         inputs = [self.mesh_job(sample).output] if isinstance(sample.model, FeaPerformer) else []
-        if sample.model.fit:
+        if isinstance(sample.model, LabPerformer):
+            inputs += [str(path) for path in lab_inputs(sample.model, self.lab_file(sample))]
+        elif sample.model.fit:
             inputs.append(self.fit_output(sample.model.fit))
         params = {
             "specimen": sample.specimen.model_dump(mode="json"),
@@ -199,32 +237,86 @@ class Plan:
         fit = self.study.fits[name]
         records = [self.output(s) for s in self.fit_samples(name)]
         params: dict[str, Any] = {"fit": fit.model_dump(mode="json")}
-        if isinstance(fit, TrackingFit):
+        if isinstance(fit, SelectionFit):
+            records += [self.fit_output(other) for other in fit.fits]
+            models = [self.following(other).model for other in fit.fits]
+            params["performers"] = [self.study.performers[model].model_dump(mode="json") for model in models]
+        elif isinstance(fit, Fit | ParametricFit):
             params["performer"] = self.study.performers[fit.model].model_dump(mode="json")
+            tables = [item.reference for item in fit.data if item.reference in self.study.lab]
+            params["lab"] = [self.study.lab[table].model_dump(mode="json") for table in tables]
+            records += self.own_lab_files(*tables) if tables else []
         else:
             params["lab"] = self.study.lab[fit.reference].model_dump(mode="json")
             records += self.own_lab_files(fit.reference)
-        return Job("fit", name, tuple(records), self.fit_output(name), self._sourced("fit", params))
+        return Job("fit", name, tuple(dict.fromkeys(records)), self.fit_output(name), self._sourced("fit", params))
 
     def fit_samples(self, name: str) -> list[Sample]:
         """Samples whose records a fit reads."""
         fit = self.study.fits[name]
-        if fit.kind == "modulus":
-            return self._behind_rows(name)
-        if fit.kind == "readings":
+        if isinstance(fit, SelectionFit):
+            return list({s.id: s for other in fit.fits for s in self.fit_samples(other)}.values())
+        if isinstance(fit, ModulusFit):
+            return self._behind_rows(name, fit)
+        if isinstance(fit, ReadingsFit):
             campaigns = [fit.campaign, *([fit.compliant_campaign] if fit.compliant_campaign else [])]
             return [sample for campaign in campaigns for sample in self.of_campaign(campaign, fit.model)]
-        samples = {s.slug: s for s in self.of_campaign(fit.campaign, fit.reference)}
-        for slug in (*fit.used, *fit.held_out):
-            if slug not in samples:
-                raise StudyError(
-                    f"fits.{name}.used: no sample {slug!r}; campaign {fit.campaign} has {', '.join(samples)}"
-                )
-        return [samples[slug] for slug in (*fit.used, *fit.held_out)]
+        return [datum.sample for datum in self.data(name) if datum.row is None]
 
-    def _behind_rows(self, name: str) -> list[Sample]:
-        """The sample behind each lab row that a modulus fit uses."""
+    def following(self, name: str) -> Fit | ParametricFit:
+        """A fit that follows records; TypeError for one of another kind."""
         fit = self.study.fits[name]
+        if not isinstance(fit, Fit | ParametricFit):
+            raise TypeError(f"fit {name} of kind {fit.kind} follows no records")
+        return fit
+
+    def data(self, name: str) -> list[Datum]:
+        """Records that a fit follows, in the order of its data: the used ones, then the held out ones, of each item."""
+        found = []
+        for number, item in enumerate(self.following(name).data):
+            table = item.reference in self.study.lab
+            known = self._rows(name, number) if table else self._samples(name, number)
+            for key, words in (("used", item.used), ("held_out", item.held_out)):
+                for word in words:
+                    if word not in known:
+                        there = ", ".join(known) or "none"
+                        raise StudyError(f"fits.{name}.data.{number}.{key}: no sample {word!r}; there is {there}")
+                    row = to_si(word, "deg") if table else None
+                    found.append(
+                        Datum(number, key == "used", f"{item.campaign}.{item.reference}.{word}", known[word], row)
+                    )
+        return found
+
+    def _samples(self, name: str, number: int) -> dict[str, Sample]:
+        item = self.following(name).data[number]
+        return {s.slug: s for s in self.of_campaign(item.campaign, item.reference)}
+
+    def _rows(self, name: str, number: int) -> dict[str, Sample]:
+        """Rows of a lab table, as text, with the sample of the fitted model that stands for each."""
+        fit = self.following(name)
+        item = fit.data[number]
+        places = self.rows_of_table(item.reference, item.campaign, fit.model)
+        return {f"{phi:g} deg": sample for phi, sample in places.items()}
+
+    def seen(self, name: str) -> frozenset[Seen]:
+        """What a fit was given: samples of performers or rows of lab tables, also through fits behind those."""
+        fit = self.study.fits[name]
+        if isinstance(fit, SelectionFit):
+            return frozenset(found for other in fit.fits for found in self.seen(other))
+        if isinstance(fit, ModulusFit | ReadingsFit):
+            return frozenset((s.campaign, fit.reference, s.slug) for s in self.fit_samples(name))
+        found: set[Seen] = set()
+        for datum in self.data(name):
+            item = fit.data[datum.item]
+            if datum.used:
+                found.add((item.campaign, item.reference, datum.sample.slug))
+            behind = self.study.performers.get(item.reference)
+            if behind is not None and not isinstance(behind, LabPerformer) and behind.fit:
+                found |= self.seen(behind.fit)
+        return frozenset(found)
+
+    def _behind_rows(self, name: str, fit: ModulusFit) -> list[Sample]:
+        """The sample behind each lab row that a modulus fit uses."""
         places = self.rows_of_table(fit.reference, fit.campaign, fit.model)
         for text in fit.used:
             if to_si(text, "deg") not in places:
@@ -260,6 +352,15 @@ class Plan:
         """Files of the named lab tables (of all without names) that do not ship with the project."""
         files = [self.study.lab[name].file for name in names or self.study.lab]
         return [file for file in files if not file.startswith(PREFIX)]
+
+    def lab_file(self, sample: Sample) -> Path:
+        """File that a sample of the lab is read from."""
+        if not isinstance(sample.model, LabPerformer):
+            raise TypeError(f"{sample.id} is not read from a file")
+        try:
+            return sample.model.file_of(sample.slug)
+        except ValueError as error:
+            raise StudyError(f"performers.{sample.performer}.{error}") from None
 
     def output(self, sample: Sample) -> str:
         """Record file of a sample."""

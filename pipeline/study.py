@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,18 +11,23 @@ from typing import Annotated, Any, Literal
 import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from calibrate.spec import ModulusFit, ReadingsFit, TrackingFit
+from calibrate.performers import free_coordinates, performer_of
+from calibrate.spec import Fit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
 from fea.model import FeaModel
 from lab.experiments import Experiment
 from lab.materials import Frozen
 from lab.published import PREFIX, locate
+from lab.recordings import LabModel
 from lab.specimens import Specimen
 from lab.units import WRITTEN_BY_HAND, to_si
 from pipeline.sweep import Grid
-from prb.model import PrbModel
-from prb.topologies import TOPOLOGIES
+from prb.model import BESIDE, PrbModel
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]*")
+#: Sections whose entries are of several kinds.
+_OF_A_KIND = ("experiments", "performers", "fits")
+#: Name of the one sample of a campaign without a sweep.
+SINGLE = "single"
 
 
 class StudyError(ValueError):
@@ -40,8 +46,24 @@ class PrbPerformer(PrbModel):
     fit: str | None = None
 
 
-Performer = Annotated[FeaPerformer | PrbPerformer, Field(discriminator="kind")]
-Fit = Annotated[TrackingFit | ModulusFit | ReadingsFit, Field(discriminator="kind")]
+class LabPerformer(LabModel):
+    """The lab: recordings in files, read, brought into our axes and checked."""
+
+    def file_of(self, slug: str) -> Path:
+        """File of a sample; a single file serves a campaign without a sweep.
+
+        Raises
+        ------
+        ValueError
+            When no file is named for it.
+        """
+        if slug not in self.files and not (slug == SINGLE and len(self.files) == 1):
+            raise ValueError(f"files: none for the sample {slug!r}; there is {', '.join(self.files) or 'none'}")
+        return Path(self.files.get(slug) or next(iter(self.files.values())))
+
+
+Performer = Annotated[FeaPerformer | PrbPerformer | LabPerformer, Field(discriminator="kind")]
+AnyFit = Annotated[Fit | ModulusFit | ReadingsFit | SelectionFit | ParametricFit, Field(discriminator="kind")]
 
 
 class Campaign(Frozen):
@@ -98,7 +120,7 @@ class Study(Frozen):
     performers: dict[str, Performer]
     campaigns: dict[str, Campaign]
     lab: dict[str, LabTable] = Field(default_factory=dict)
-    fits: dict[str, Fit] = Field(default_factory=dict)
+    fits: dict[str, AnyFit] = Field(default_factory=dict)
     comparisons: list[Comparison] = Field(default_factory=list)
 
     @model_validator(mode="after")
@@ -121,35 +143,49 @@ class Study(Frozen):
                 if axis.partition(".")[0] not in ("specimen", "experiment", "performer"):
                     yield f"campaigns.{name}.sweep: {axis!r} must start with specimen., experiment. or performer."
         for name, performer in self.performers.items():
-            yield from _missing(f"performers.{name}.fit", [performer.fit] if performer.fit else [], self.fits)
+            if not isinstance(performer, LabPerformer):
+                yield from _missing(f"performers.{name}.fit", [performer.fit] if performer.fit else [], self.fits)
         for name, fit in self.fits.items():
-            yield from _missing(f"fits.{name}.campaign", [fit.campaign], self.campaigns)
-            yield from _missing(f"fits.{name}.model", [fit.model], self.performers)
-            if isinstance(fit, TrackingFit):
-                yield from self._free_faults(name, fit)
-            known = self.performers if isinstance(fit, TrackingFit) else self.lab
-            if isinstance(fit, ReadingsFit) and fit.compliant_campaign:
-                yield from _missing(f"fits.{name}.compliant_campaign", [fit.compliant_campaign], self.campaigns)
-            yield from _missing(f"fits.{name}.reference", [fit.reference], known)
+            yield from self._fit_faults(name, fit)
         for number, comparison in enumerate(self.comparisons):
             yield from _missing(f"comparisons.{number}.campaign", [comparison.campaign], self.campaigns)
             yield from _missing(
                 f"comparisons.{number}.reference", [comparison.reference], {**self.lab, **self.performers}
             )
 
-    def _free_faults(self, name: str, fit: TrackingFit) -> Iterator[str]:
-        model = self.performers.get(fit.model)
-        if isinstance(model, FeaPerformer):
-            yield f"fits.{name}.model: {fit.model!r} is no PRB performer"
-        if not isinstance(model, PrbPerformer):
+    def _fit_faults(self, name: str, fit: Any) -> Iterator[str]:
+        if isinstance(fit, SelectionFit):
+            yield from _missing(f"fits.{name}.fits", fit.fits, self.fits)
+            for other in fit.fits:
+                if other in self.fits and not isinstance(self.fits[other], Fit):
+                    yield f"fits.{name}.fits: {other!r} is of kind {self.fits[other].kind}; needed: fit"
             return
-        for parameter, bounds in fit.free.items():
-            try:
-                declared = TOPOLOGIES[model.topology].parameter(parameter)
-                for bound in bounds or ():
-                    declared.check(to_si(bound, declared.unit) if isinstance(bound, str) else bound)
-            except ValueError as error:
-                yield f"fits.{name}.free: {error}"
+        yield from _missing(f"fits.{name}.model", [fit.model], self.performers)
+        if isinstance(fit, ModulusFit | ReadingsFit):
+            yield from _missing(f"fits.{name}.campaign", [fit.campaign], self.campaigns)
+            yield from _missing(f"fits.{name}.reference", [fit.reference], self.lab)
+            if isinstance(fit, ReadingsFit) and fit.compliant_campaign:
+                yield from _missing(f"fits.{name}.compliant_campaign", [fit.compliant_campaign], self.campaigns)
+            return
+        for number, item in enumerate(fit.data):
+            yield from _missing(f"fits.{name}.data.{number}.campaign", [item.campaign], self.campaigns)
+            known = {**self.performers, **self.lab}
+            yield from _missing(f"fits.{name}.data.{number}.reference", [item.reference], known)
+        model = self.performers.get(fit.model)
+        if isinstance(model, LabPerformer):
+            yield f"fits.{name}.model: {fit.model!r} is the lab, which has nothing to fit"
+        elif model is not None:
+            yield from self._free_faults(name, fit, model)
+
+    def _free_faults(self, name: str, fit: Any, model: Any) -> Iterator[str]:
+        campaigns = [self.campaigns[item.campaign] for item in fit.data if item.campaign in self.campaigns]
+        specimens = [self.specimens[c.specimen] for c in campaigns if c.specimen in self.specimens]
+        try:
+            free_coordinates(performer_of(model), specimens, fit.free)
+        except ValueError as error:
+            yield f"fits.{name}.free: {error}"
+        if "thickness" in fit.free and isinstance(model, FeaModel) and model.element != "shell":
+            yield f"fits.{name}.free: a fitted thickness needs element shell, whose mesh does not depend on it"
 
     def digest(self) -> str:
         """SHA-256 of the resolved study."""
@@ -191,15 +227,16 @@ def check_study(data: Any, beside: Path, name: str = "study") -> Study:
     if not isinstance(data, dict):
         raise StudyError(f"{name}: a study is a mapping of sections, not {type(data).__name__}")
     try:
-        study = Study.model_validate(data, context=WRITTEN_BY_HAND)
+        study = Study.model_validate(data, context={**WRITTEN_BY_HAND, BESIDE: beside})
     except ValidationError as error:
         raise StudyError("\n".join(f"{name}: {line}" for line in _lines(error))) from None
     try:
         # Absolute, since the resolved study is read from another folder.
         tables = {key: t.model_copy(update={"file": _located(t.file, beside, key)}) for key, t in study.lab.items()}
+        performers = {key: _with_files(p, beside, key) for key, p in study.performers.items()}
     except ValueError as error:
         raise StudyError(f"{name}: {error}") from None
-    return study.model_copy(update={"lab": tables})
+    return study.model_copy(update={"lab": tables, "performers": performers})
 
 
 def _located(file: str, beside: Path, key: str) -> str:
@@ -210,11 +247,25 @@ def _located(file: str, beside: Path, key: str) -> str:
     return file if file.startswith(PREFIX) else str(path.resolve())
 
 
+def _with_files(performer: Any, beside: Path, key: str) -> Any:
+    """A lab performer with absolute files; ``$NAME`` in them stands for an environment variable."""
+    if not isinstance(performer, LabPerformer):
+        return performer
+    files = {}
+    for sample, file in performer.files.items():
+        path = beside / os.path.expandvars(file)
+        if not path.is_file():
+            raise ValueError(f"performers.{key}.files.{sample}: no file {path}")
+        files[sample] = str(path.resolve())
+    return performer.model_copy(update={"files": files})
+
+
 def _lines(error: ValidationError) -> Iterator[str]:
     for fault in error.errors():
-        where = ".".join(
-            str(part) for part in fault["loc"] if part not in ("TwistedBeam", "StaticStiffness", "RingDown")
-        )
+        place = list(map(str, fault["loc"]))
+        if place[:1] and place[0] in _OF_A_KIND:
+            del place[2:3]  # the kind, which is not a place in the file
+        where = ".".join(place)
         message = fault["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
         if fault["type"] == "extra_forbidden":
             message = "unknown key"

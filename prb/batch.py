@@ -1,106 +1,200 @@
-"""Ring-downs of many candidates at once: the inner loop of every fit."""
+"""Many runs at once: the inner loop of every fit."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from lab.experiments import RingDown
-from lab.specimens import Specimen
+from lab.requests import Request, Response
+from prb.experiments.base_shake import orbits, step_of, unsteady
+from prb.experiments.ring_down import load_of
+from prb.experiments.static_stiffness import held_tip
+from prb.mechanism import Mechanism, Vector
+from prb.model import TIME_STEP
 from prb.mujoco_model import compile_mechanism, write_mechanism
-from prb.release import refusal, release, steps_per_sample
+from prb.release import extrapolated, refusal, steps_per_sample, unstable
 from prb.statics import Chain, NotConverged, hang
-from prb.topologies import TOPOLOGIES
+from prb.topologies import Topology
 
 Array = NDArray[np.float64]
-#: Candidates simulated together; bounds the memory, and the models that are kept.
+#: Runs simulated together; bounds the memory, and the models that are kept.
 _CHUNK = 64
 
 
-class RingDownBatch:
-    """Ring-downs of one specimen in several directions or under several loads, for many candidates.
+@dataclass(frozen=True)
+class _Run:
+    """A request with its place in the answer and the mechanism that stands for the specimen."""
 
-    Models are compiled once and rewritten for each candidate; keep the object between calls.
+    place: int
+    request: Request
+    mechanism: Mechanism
+
+    @property
+    def experiment(self) -> Any:
+        return self.request.experiment
+
+
+class Batch:
+    """Runs of one topology, for any specimens, experiments and candidate values.
+
+    Mechanisms of equal structure share compiled models, which are kept between calls and rewritten for each
+    candidate.
 
     Parameters
     ----------
-    specimen, topology
-        What is modelled, and the name of the kind of mechanism.
-    experiments
-        Ring-downs with the same rate, duration and markers.
+    topology
+        Kind of mechanism.
     time_step
-        Longest step, s.
+        Longest step of the simulator, s.
     threads
-        Threads that share the runs.
+        Threads that share the runs; they do not change the result.
+
+    Attributes
+    ----------
+    failures
+        Why requests of the last call have no response, by their place.
     """
 
-    def __init__(
-        self,
-        specimen: Specimen,
-        experiments: Sequence[RingDown],
-        topology: str,
-        *,
-        time_step: float = 0.25e-3,
-        threads: int = 1,
-    ) -> None:
-        first = experiments[0]
-        if any((e.samples, e.rate, e.markers) != (first.samples, first.rate, first.markers) for e in experiments):
-            raise ValueError("ring-downs of one batch must share rate, duration and markers")
-        self.specimen, self.experiments = specimen, tuple(experiments)
-        self.topology = TOPOLOGIES[topology]
-        self.samples, self.markers = first.samples, first.markers
-        self.stride = steps_per_sample(first.rate, time_step)
-        nominal = {p.name: p.nominal for p in self.topology.declare(specimen)}
-        mechanism = self.topology.build(specimen, nominal).in_motion
-        model = compile_mechanism(mechanism, self.markers, 1.0 / (first.rate * self.stride))
-        if reason := refusal(model):
-            raise ValueError(f"{topology}: {reason}")
-        self._models = [model]
-        self._data = [mujoco.MjData(model) for _ in range(threads)]
-        self._rest = mechanism.nodes[-1] + np.array(self.markers)
+    def __init__(self, topology: Topology, *, time_step: float = TIME_STEP, threads: int = 1) -> None:
+        self.topology, self.time_step, self.threads = topology, time_step, threads
+        self.failures: dict[int, str] = {}
+        self._pools: dict[Hashable, _Pool] = {}
 
-    def __call__(self, values: Array) -> Array:
-        """Marker displacements from rest.
-
-        Parameters
-        ----------
-        values
-            Candidates in the order of the topology's parameters, (p, parameters), SI units.
+    def __call__(self, requests: Sequence[Request]) -> list[Response]:
+        """Responses in the order of the requests.
 
         Returns
         -------
-        markers
-            (p, experiments, samples, markers, 3), m; NaN where a run failed.
+        responses
+            ``RingDown`` and ``BaseShake``: ``time`` (samples,), ``markers`` (samples, markers, 3).
+            ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  None where the run failed: see
+            ``failures``.
         """
-        values = np.atleast_2d(values)
-        shape = (len(self.experiments), self.samples, len(self.markers), 3)
-        result = np.full((len(values), *shape), np.nan)
-        for begin in range(0, len(values), _CHUNK):
-            chunk = values[begin : begin + _CHUNK]
-            self._run(chunk, result[begin : begin + len(chunk)])
-        return result
+        self.failures = {}
+        responses: list[Response] = [None] * len(requests)
+        groups: dict[Hashable, list[_Run]] = {}
+        for run in self._runs(requests):
+            groups.setdefault(_alike(run), []).append(run)
+        for runs in groups.values():
+            perform = {"RingDown": self._ring_downs, "BaseShake": self._shakes, "StaticStiffness": self._statics}
+            for begin in range(0, len(runs), _CHUNK):
+                for place, response in perform[runs[0].experiment.kind](runs[begin : begin + _CHUNK]):
+                    responses[place] = response
+        return responses
 
-    def _run(self, values: Array, result: Array) -> None:
-        while len(self._models) < len(values):
-            self._models.append(copy.copy(self._models[0]))
-        models, starts, places = [], [], []
-        for i, candidate in enumerate(values):
-            named = dict(zip(self.topology.names, map(float, candidate), strict=True))
-            mechanism = self.topology.build(self.specimen, named).in_motion
-            write_mechanism(self._models[i], self._data[0], mechanism, self.markers)
-            chain = Chain(self._models[i], self._data[0])
-            for j, experiment in enumerate(self.experiments):
+    def _runs(self, requests: Sequence[Request]) -> Iterator[_Run]:
+        """Every request with its mechanism, which is built once for all experiments of a candidate."""
+        built: dict[Hashable, Mechanism] = {}
+        for place, request in enumerate(requests):
+            moves = request.experiment.in_motion
+            key = (id(request.specimen), moves, *request.values.items())
+            if key not in built:
                 try:
-                    starts.append(hang(chain, np.array(experiment.load)))
-                except NotConverged:
+                    mechanism = self.topology.build(request.specimen, request.values)
+                except ValueError as error:
+                    self.failures[place] = str(error)
                     continue
-                models.append(self._models[i])
-                places.append((i, j))
-        if not models:
+                built[key] = mechanism.in_motion if moves else mechanism
+            yield _Run(place, request, built[key])
+
+    def _pool(self, run: _Run) -> "_Pool":
+        markers: Sequence[Vector] = run.experiment.markers if run.experiment.in_motion else ()
+        key = (run.mechanism.structure, len(markers))
+        if key not in self._pools:
+            model = compile_mechanism(run.mechanism, markers)
+            self._pools[key] = _Pool([model], [mujoco.MjData(model) for _ in range(self.threads)])
+        return self._pools[key]
+
+    def _statics(self, runs: Sequence[_Run]) -> Iterator[tuple[int, Response]]:
+        pool = self._pool(runs[0])
+        for run in runs:
+            channels, reason = held_tip(Chain(pool.model(0, run.mechanism, ()), pool.data[0]), run.experiment)
+            if reason:
+                self.failures[run.place] = reason
+            else:
+                yield run.place, channels
+
+    def _ring_downs(self, runs: Sequence[_Run]) -> Iterator[tuple[int, Response]]:
+        pool, first = self._pool(runs[0]), runs[0].experiment
+        stride = steps_per_sample(first.rate, self.time_step)
+        step, time = 1.0 / (first.rate * stride), np.arange(first.samples) / first.rate
+        ready: list[tuple[_Run, mujoco.MjModel, Array, Array]] = []
+        written: dict[Hashable, mujoco.MjModel] = {}
+        for run in runs:
+            # Experiments of one candidate share a model as far as they can.
+            key = (id(run.mechanism), run.experiment.markers, run.experiment.own_weight, run.experiment.gravity)
+            try:
+                if key not in written:
+                    gravity = run.experiment.own_gravity
+                    written[key] = pool.moving(len(written), run.mechanism, run.experiment.markers, step, gravity)
+                chain, load = Chain(written[key], pool.data[0]), load_of(run.experiment)
+                rest = chain.sites(hang(chain, load.own_weight))
+                ready.append((run, written[key], hang(chain, load), rest))
+            except NotConverged as failure:
+                self.failures[run.place] = str(failure)
+        if not ready:
             return
-        motion = release(models, self._data, np.array(starts), self.samples, self.stride)
-        for place, positions, completed in zip(places, motion.positions, motion.completed, strict=True):
+        models, starts = [model for _, model, *_ in ready], np.array([start for *_, start, _ in ready])
+        motion = extrapolated(models, pool.data, starts, first.samples, stride)
+        for (run, _, _, rest), places, completed in zip(ready, motion.positions, motion.completed, strict=True):
             if completed:
-                result[place] = positions[:, 1:] - self._rest
+                yield run.place, {"time": time, "markers": places[:, 1:] - rest[1:]}
+            else:
+                self.failures[run.place] = unstable(step)
+
+    def _shakes(self, runs: Sequence[_Run]) -> Iterator[tuple[int, Response]]:
+        pool = self._pool(runs[0])
+        ready: list[tuple[_Run, mujoco.MjModel]] = []
+        for run in runs:
+            e = run.experiment
+            step = step_of(e, self.time_step)
+            try:
+                ready.append((run, pool.moving(len(ready), run.mechanism, e.markers, step, None)))
+            except NotConverged as failure:
+                self.failures[run.place] = str(failure)
+        found = orbits([model for _, model in ready], pool.data, [run.experiment for run, _ in ready])
+        for (run, model), orbit in zip(ready, found, strict=True):
+            e = run.experiment
+            if orbit is None:
+                self.failures[run.place] = unstable(model.opt.timestep)
+            elif outcome := unsteady(e, orbit):
+                self.failures[run.place] = outcome["reason"]
+            else:
+                yield run.place, {"time": e.times, "markers": orbit.path[:, 1:]}
+
+
+@dataclass
+class _Pool:
+    """Models of one structure, rewritten for each candidate, and scratch for each thread."""
+
+    models: list[mujoco.MjModel]
+    data: list[mujoco.MjData]
+
+    def model(self, number: int, mechanism: Mechanism, markers: Sequence[Vector]) -> mujoco.MjModel:
+        """The model ``number`` of the pool as that of ``mechanism``."""
+        while len(self.models) <= number:
+            self.models.append(copy.copy(self.models[0]))
+        write_mechanism(self.models[number], self.data[0], mechanism, markers)
+        return self.models[number]
+
+    def moving(
+        self, number: int, mechanism: Mechanism, markers: Sequence[Vector], step: float, gravity: Vector | None
+    ) -> mujoco.MjModel:
+        """``model`` with a step (s) and gravity (m/s^2); NotConverged when it cannot move freely."""
+        model = self.model(number, mechanism, markers)
+        model.opt.timestep, model.opt.gravity[:] = step, gravity or (0.0, 0.0, 0.0)
+        if reason := refusal(model, self.data[0]):
+            raise NotConverged(reason)
+        return model
+
+
+def _alike(run: _Run) -> Hashable:
+    """What runs share that are simulated together."""
+    e = run.experiment
+    sampling = (e.samples, e.rate) if isinstance(e, RingDown) else ()
+    return e.kind, run.mechanism.structure, len(e.markers) if e.in_motion else 0, sampling

@@ -1,9 +1,10 @@
-"""What a rigid-link model is made of: plain data, in SI units and in the fixed axes at rest.
+"""What a rigid-link model is made of: plain data, in SI units.
 
-The chain runs from the clamp at the origin along +x.  All axes are given in the fixed axes, which
-every link shares at rest.
+Links form a tree that hangs on the clamp.  A link's frame has its origin at its proximal end and its x-axis
+towards its far end; the clamp's frame is the fixed one, x along the specimen.
 """
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,24 +12,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 Vector = tuple[float, float, float]
+#: Parent of the links that hang on the clamp.
+CLAMP = -1
+
+
+@dataclass(frozen=True)
+class Knee:
+    """Where a spring's slope changes: beyond ``at`` (rad or m from its rest) it is ``stiffness``."""
+
+    at: float
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Maxwell branch beside a spring: ``stiffness`` (as the spring's) that relaxes within ``time`` (s)."""
+
+    stiffness: float
+    time: float
 
 
 @dataclass(frozen=True)
 class Hinge:
-    """Sprung and damped joint with one degree of freedom, at rest when its spring is slack.
+    """Sprung and damped joint with one degree of freedom.
+
+    At the coordinate q, x = q - rest, its spring resists with k x + k2 x^2 + k3 x^3, whose slope is changed
+    beyond the knees, and its damper with b v + b2 v |v| + b3 v^3.
 
     Parameters
     ----------
     name
         Identifier, unique in the mechanism.
     axis
-        Unit vector of the turn or of the slide.
+        Unit vector of the turn or of the slide, in the link's frame.
     stiffness, damping
-        N*m/rad and N*m*s/rad of a rotation; N/m and N*s/m of a slide.
+        k in N*m/rad and b in N*m*s/rad of a rotation; N/m and N*s/m of a slide.
     kind
         ``rotation`` or ``slide``.
     locked_in_motion
         The joint gives way in static experiments only, see ``Mechanism.in_motion``.
+    higher, higher_damping
+        (k2, k3) and (b2, b3), in the same units over powers of rad or m and of rad/s or m/s.
+    rest
+        Coordinate at which the spring is slack, rad or m.
+    above, below
+        Knee at x >= 0 for larger x, and at x <= 0 for smaller x.
+    branches
+        Maxwell branches, relaxed in every static state.
     """
 
     name: str
@@ -37,6 +67,40 @@ class Hinge:
     damping: float
     kind: Literal["rotation", "slide"] = "rotation"
     locked_in_motion: bool = False
+    higher: tuple[float, float] = (0.0, 0.0)
+    higher_damping: tuple[float, float] = (0.0, 0.0)
+    rest: float = 0.0
+    above: Knee | None = None
+    below: Knee | None = None
+    branches: tuple[Branch, ...] = ()
+
+    @property
+    def structure(self) -> Hashable:
+        """What hinges share whose models differ in numbers alone."""
+        return self.name, self.kind, self.above is None, self.below is None, len(self.branches)
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Spring and damper that resist a combination of joint coordinates, L = sum of share * q.
+
+    Its energy k L^2 / 2 + k2 L^3 / 3 + k3 L^4 / 4 couples the joints: each feels share * (k L + k2 L^2 + k3 L^3).
+
+    Parameters
+    ----------
+    name
+        Identifier, unique among ties.
+    shares
+        Share of each joint by its name.
+    stiffness, higher, damping
+        k, (k2, k3), and b of b dL/dt.
+    """
+
+    name: str
+    shares: tuple[tuple[str, float], ...]
+    stiffness: float
+    higher: tuple[float, float] = (0.0, 0.0)
+    damping: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +119,12 @@ class Link:
         Turn of the width about +x from +y, rad.
     hinges
         From the proximal to the distal one, all through the proximal end.  None: welded.
+    parent
+        Number of the link that this one hangs on, ``CLAMP``, or None: the link before (the clamp for the first).
+    place
+        Of the proximal end in the parent's frame, m.  None: the parent's far end.
+    rotation
+        Rotation vector from the parent's frame to this one, rad.
     """
 
     name: str
@@ -64,42 +134,74 @@ class Link:
     mass: float
     angle: float = 0.0
     hinges: tuple[Hinge, ...] = ()
+    parent: int | None = None
+    place: Vector | None = None
+    rotation: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Serial chain of links, clamped at the origin.
+    """Tree of links on the clamp, which is at the origin.
 
     Parameters
     ----------
     links
-        From the clamp to the tip.
+        Every link after its parent, branch by branch: a link hangs on the one before or on one of that one's
+        ancestors, which is the order of the simulator.
     tip_mass
-        Point mass at the far end of the last link, kg.
+        Point mass at the tip, kg.
+    ties
+        Springs between joints.
+    tip_link, tip_place
+        Link that carries the tip (None: the last), and the tip's place in its frame, m (None: its far end).
     """
 
     links: tuple[Link, ...]
     tip_mass: float = 0.0
+    tip_link: int | None = None
+    tip_place: Vector | None = None
+    ties: tuple[Tie, ...] = ()
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:
-        """Every joint, from the clamp to the tip: the order of the joint coordinates."""
+        """Every joint in the order of the links: the order of the joint coordinates."""
         return tuple(hinge for link in self.links for hinge in link.hinges)
 
     @property
     def stiffness(self) -> NDArray[np.float64]:
-        """Joint stiffnesses in the order of ``hinges``, (joints,), N*m/rad or N/m."""
+        """Linear stiffnesses in the order of ``hinges``, (joints,), N*m/rad or N/m."""
         return np.array([hinge.stiffness for hinge in self.hinges])
 
+    def parent(self, number: int) -> int:
+        """Number of the link that link ``number`` hangs on, or ``CLAMP``."""
+        declared = self.links[number].parent
+        return number - 1 if declared is None else declared
+
+    def place(self, number: int) -> Vector:
+        """Proximal end of link ``number`` in its parent's frame, m."""
+        link, parent = self.links[number], self.parent(number)
+        if link.place is not None:
+            return link.place
+        return (0.0, 0.0, 0.0) if parent == CLAMP else (self.links[parent].length, 0.0, 0.0)
+
     @property
-    def nodes(self) -> NDArray[np.float64]:
-        """Ends of the links at rest, (links + 1, 3), m; the last one is the tip's centre."""
-        nodes = np.zeros((len(self.links) + 1, 3))
-        nodes[1:, 0] = np.cumsum([link.length for link in self.links])
-        return nodes
+    def tip(self) -> tuple[int, Vector]:
+        """Number of the link that carries the tip, and the tip's place in its frame, m."""
+        number = len(self.links) - 1 if self.tip_link is None else self.tip_link
+        return number, (self.links[number].length, 0.0, 0.0) if self.tip_place is None else self.tip_place
 
     @property
     def in_motion(self) -> "Mechanism":
-        """The mechanism without the joints that are locked in dynamic experiments."""
-        links = (replace(k, hinges=tuple(h for h in k.hinges if not h.locked_in_motion)) for k in self.links)
-        return replace(self, links=tuple(links))
+        """The mechanism without the joints that are locked in dynamic experiments, and without their ties."""
+        locked = {hinge.name for hinge in self.hinges if hinge.locked_in_motion}
+        if not locked:
+            return self
+        links = tuple(replace(k, hinges=tuple(h for h in k.hinges if h.name not in locked)) for k in self.links)
+        ties = tuple(tie for tie in self.ties if not locked.intersection(name for name, _ in tie.shares))
+        return replace(self, links=links, ties=ties)
+
+    @property
+    def structure(self) -> Hashable:
+        """What mechanisms share whose models differ in numbers alone."""
+        links = tuple((k.name, k.parent, tuple(h.structure for h in k.hinges)) for k in self.links)
+        return links, self.tip_link, tuple((tie.name, *(name for name, _ in tie.shares)) for tie in self.ties)

@@ -1,5 +1,6 @@
 """What a study may choose about the pseudo-rigid-body performer."""
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -7,8 +8,14 @@ from pydantic import Field, ValidationInfo, field_validator
 from lab.materials import Frozen
 from lab.specimens import Specimen
 from lab.units import Quantity
+from prb.declaration import Declaration, checked
 from prb.mechanism import Mechanism
-from prb.topologies import TOPOLOGIES
+from prb.topologies import topology
+
+#: Longest step of the simulator, s.
+TIME_STEP = 0.5e-3
+#: Key of the validation context: folder of the study file, beside which declarations lie.
+BESIDE = "beside"
 
 
 class PrbModel(Frozen):
@@ -19,31 +26,47 @@ class PrbModel(Frozen):
     """
 
     kind: Literal["prb"] = "prb"
-    topology: Literal["five-hinge", "five-hinge-anisotropic", "gauss-chain"]
+    #: Whole numbers that change the topology's structure.
+    settings: dict[str, int] = Field(default_factory=dict)
+    #: A shipped name, a YAML file beside the study, or the declaration itself, which is what is kept.
+    topology: Declaration
     parameters: dict[str, float] = Field(default_factory=dict)
-    #: Longest step of the simulator; the sampling interval is divided into whole steps.
-    time_step: Annotated[float, Quantity("s", "ms"), Field(gt=0)] = 0.25e-3
+    #: Longest step of the simulator; the sampling interval is divided into whole steps.  Every motion is
+    #: simulated with this step and with half of it, and extrapolated.
+    time_step: Annotated[float, Quantity("s", "ms"), Field(gt=0)] = TIME_STEP
+
+    @field_validator("topology", mode="before", json_schema_input_type=str | Declaration)
+    @classmethod
+    def _read_topology(cls, value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, str):
+            return topology(value, Path((info.context or {}).get(BESIDE, ".")))
+        return checked(value, "the declaration") if isinstance(value, dict) else value
+
+    @field_validator("topology", mode="after")
+    @classmethod
+    def _with_settings(cls, value: Declaration, info: ValidationInfo) -> Declaration:
+        return value.with_settings(info.data.get("settings", {}))
 
     @field_validator("parameters", mode="before", json_schema_input_type=dict[str, float | str])
     @classmethod
     def _read_parameters(cls, value: Any, info: ValidationInfo) -> Any:
         if not isinstance(value, dict) or "topology" not in info.data:
             return value  # the field's own error says what is wrong
-        topology = TOPOLOGIES[info.data["topology"]]
+        declared = info.data["topology"]
         numbers = {}
         for name, written in value.items():
-            parameter = topology.parameter(name)
+            parameter = declared.parameter(name)
             numbers[name] = _read(written, Quantity(parameter.unit, parameter.shown_in), name, info)
             parameter.check(numbers[name])
         return numbers
 
     def values(self, specimen: Specimen) -> dict[str, float]:
         """Every parameter of the topology in SI units, checked against its bounds for ``specimen``."""
-        return TOPOLOGIES[self.topology].values(specimen, self.parameters)
+        return self.topology.values(specimen, self.parameters)
 
     def mechanism(self, specimen: Specimen) -> Mechanism:
         """The mechanism that stands for ``specimen``."""
-        return TOPOLOGIES[self.topology].build(specimen, self.values(specimen))
+        return self.topology.build(specimen, self.values(specimen))
 
 
 def _read(written: Any, quantity: Quantity, name: str, info: ValidationInfo) -> float:

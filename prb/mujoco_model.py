@@ -1,35 +1,26 @@
-"""From a declared mechanism to MuJoCo: a model, an edited model, or MJCF text."""
+"""From a mechanism to MuJoCo: a model, an edited model, or MJCF text."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from prb.mechanism import Link, Mechanism, Vector
+from prb.laws import hidden_name
+from prb.mechanism import CLAMP, Branch, Hinge, Knee, Link, Mechanism, Vector
 
+Array = NDArray[np.float64]
 TIP = "tip"
 _JOINT_TYPES = {"rotation": mujoco.mjtJoint.mjJNT_HINGE, "slide": mujoco.mjtJoint.mjJNT_SLIDE}
-
-
-def _inertial(link: Link, end_mass: float) -> tuple[float, float, tuple[float, float, float]]:
-    """Mass (kg), place of its centre on the link's axis (m), and moments of inertia there (kg*m^2).
-
-    Of the box with a point mass at its far end, about x and the box's two lateral axes.
-    """
-    mass = link.mass + end_mass
-    centre = (link.mass / 2.0 + end_mass) * link.length / mass
-    swing = link.mass * (link.length / 2.0 - centre) ** 2 + end_mass * (link.length - centre) ** 2
-    x2, y2, z2 = (side**2 * link.mass / 12.0 for side in (link.length, link.width, link.thickness))
-    return mass, centre, (y2 + z2, x2 + z2 + swing, x2 + y2 + swing)
-
-
-def _turn_about_x(angle: float) -> list[float]:
-    return [float(np.cos(angle / 2.0)), float(np.sin(angle / 2.0)), 0.0, 0.0]
-
-
-def _end_masses(mechanism: Mechanism) -> list[float]:
-    return [0.0] * (len(mechanism.links) - 1) + [mechanism.tip_mass]
+#: End of the range on whose other side a knee's tendon pulls, far beyond every coordinate (rad or m).
+_FAR = 1e6
+#: Inertia of a hidden joint over stiffness * time^2 of its branch: its own motion is that much faster.
+_LIGHT = 1e-4
+#: Mass of a hidden body, which turns about its centre, kg.
+_HIDDEN_MASS = 1e-9
 
 
 def build_spec(mechanism: Mechanism, markers: Sequence[Vector] = (), time_step: float = 0.25e-3) -> mujoco.MjSpec:
@@ -38,52 +29,177 @@ def build_spec(mechanism: Mechanism, markers: Sequence[Vector] = (), time_step: 
     Parameters
     ----------
     markers
-        Places from the tip's centre in the fixed axes at rest, m; they ride on the last link.
+        Places from the tip's centre in the fixed axes with slack springs, m; they ride on the tip's link.
     time_step
         s.
 
     Returns
     -------
     spec
-        One body per link, sites ``tip``, ``marker0``, ..., and a position sensor (m) for each site.
+        One body per link, one hidden body per Maxwell branch, sites ``tip``, ``marker0``, ..., and a position
+        sensor (m) for each site.
     """
     spec = mujoco.MjSpec()
     spec.modelname = "pseudo-rigid-body model"
+    spec.compiler.degree = False
     spec.option.timestep = time_step
     spec.option.gravity = [0.0, 0.0, 0.0]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    body, offset = spec.worldbody, 0.0
-    for link, end_mass in zip(mechanism.links, _end_masses(mechanism), strict=True):
-        body = _add_link(body, link, offset, end_mass)
-        offset = link.length
-    for name, place in _sites(markers).items():
-        body.add_site(name=name, pos=[offset + place[0], place[1], place[2]], size=[0.001] * 3)
+    bodies: dict[int, mujoco.MjsBody] = {CLAMP: spec.worldbody}
+    for number in range(len(mechanism.links)):
+        bodies[number] = _add_link(bodies[mechanism.parent(number)], mechanism, number)
+    for name, place in _sites(mechanism, markers).items():
+        bodies[mechanism.tip[0]].add_site(name=name, pos=place, size=[0.001] * 3)
         spec.add_sensor(
             name=name, type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name
         )
+    for name, _, branch in _branches(mechanism):
+        _add_hidden(spec, name, branch)
+    for declared in _tendons(mechanism):
+        tendon = spec.add_tendon(name=declared.name)
+        for joint, share in declared.shares:
+            tendon.wrap_joint(joint, share)
+        tendon.stiffness, tendon.springlength, tendon.damping[0] = declared.stiffness, declared.slack, declared.damping
     return spec
 
 
-def _sites(markers: Sequence[Vector]) -> dict[str, Vector]:
-    return {TIP: (0.0, 0.0, 0.0)} | {f"marker{i}": place for i, place in enumerate(markers)}
-
-
-def _add_link(parent: mujoco.MjsBody, link: Link, offset: float, end_mass: float) -> mujoco.MjsBody:
-    mass, centre, inertia = _inertial(link, end_mass)
-    turn = _turn_about_x(link.angle)
-    body = parent.add_body(name=link.name, pos=[offset, 0.0, 0.0])
-    body.explicitinertial, body.mass, body.ipos = True, mass, [centre, 0.0, 0.0]
+def _add_link(parent: mujoco.MjsBody, mechanism: Mechanism, number: int) -> mujoco.MjsBody:
+    link = mechanism.links[number]
+    mass, centre, inertia, turn = _inertial(mechanism, number)
+    body = parent.add_body(name=link.name, pos=mechanism.place(number), quat=_quaternion(link.rotation))
+    body.explicitinertial, body.mass, body.ipos = True, mass, centre
     body.inertia, body.iquat = inertia, turn
     for hinge in link.hinges:
         joint = body.add_joint(name=hinge.name, type=_JOINT_TYPES[hinge.kind], axis=hinge.axis)
-        joint.stiffness[0], joint.damping[0] = hinge.stiffness, hinge.damping
+        joint.stiffness, joint.springref = [hinge.stiffness, *hinge.higher], hinge.rest
+        joint.damping = [hinge.damping, *hinge.higher_damping]
     # The box is there to be looked at: mass and inertia are explicit, because of the point mass.
     size = [link.length / 2.0, link.width / 2.0, link.thickness / 2.0]
     body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=[size[0], 0.0, 0.0], quat=turn, contype=0, conaffinity=0
-    )
+        type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=[size[0], 0.0, 0.0], quat=_turn_about_x(link.angle),
+        contype=0, conaffinity=0,
+    )  # fmt: skip
     return body
+
+
+def _add_hidden(spec: mujoco.MjSpec, name: str, branch: Branch) -> None:
+    """A flywheel whose angle is the state of a branch, and whose damper makes the branch relax."""
+    body = spec.worldbody.add_body(name=name)
+    body.explicitinertial, body.mass, body.ipos = True, _HIDDEN_MASS, [0.0, 0.0, 0.0]
+    body.inertia = [_hidden_inertia(branch)] * 3
+    joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[1.0, 0.0, 0.0])
+    joint.damping[0] = branch.stiffness * branch.time
+
+
+def _hidden_inertia(branch: Branch) -> float:
+    # Not below what the simulator takes for a singular inertia.
+    return max(_LIGHT * branch.stiffness * branch.time**2, 1e-13)
+
+
+def _knees(mechanism: Mechanism) -> Iterator[tuple[Hinge, Knee, bool]]:
+    for hinge in mechanism.hinges:
+        if hinge.above:
+            yield hinge, hinge.above, True
+        if hinge.below:
+            yield hinge, hinge.below, False
+
+
+def _branches(mechanism: Mechanism) -> Iterator[tuple[str, Hinge, Branch]]:
+    for hinge in mechanism.hinges:
+        for number, branch in enumerate(hinge.branches):
+            yield hidden_name(hinge.name, number), hinge, branch
+
+
+@dataclass(frozen=True)
+class _Tendon:
+    """A knee, a tie or a branch: shares of joints, k, k2, k3, slack range, and damping."""
+
+    name: str
+    shares: tuple[tuple[str, float], ...]
+    stiffness: tuple[float, float, float]
+    slack: tuple[float, float] = (0.0, 0.0)
+    damping: float = 0.0
+
+
+def _tendons(mechanism: Mechanism) -> list[_Tendon]:
+    """Knees, ties, then branches."""
+    found = []
+    for hinge, knee, above in _knees(mechanism):
+        at, slope = hinge.rest + knee.at, knee.stiffness - hinge.stiffness
+        name, slack = (f"{hinge.name} above", (-_FAR, at)) if above else (f"{hinge.name} below", (at, _FAR))
+        found.append(_Tendon(name, ((hinge.name, 1.0),), (slope, 0.0, 0.0), slack))
+    for tie in mechanism.ties:
+        found.append(_Tendon(f"{tie.name} tie", tie.shares, (tie.stiffness, *tie.higher), damping=tie.damping))
+    for name, hinge, branch in _branches(mechanism):
+        found.append(_Tendon(name, ((hinge.name, 1.0), (name, -1.0)), (branch.stiffness, 0.0, 0.0)))
+    return found
+
+
+def _sites(mechanism: Mechanism, markers: Sequence[Vector]) -> dict[str, Array]:
+    """Tip and markers in the frame of the tip's link, m."""
+    number, tip = mechanism.tip
+    places = np.array(markers, dtype=np.float64).reshape(-1, 3)
+    turn = _rest_rotation(mechanism, number)
+    inside = tip + (places if turn is None else places @ turn)
+    return {TIP: np.array(tip)} | {f"marker{i}": place for i, place in enumerate(inside)}
+
+
+def _rest_rotation(mechanism: Mechanism, number: int) -> Array | None:
+    """Rotation of a link's frame with slack springs, (3, 3); None: none."""
+    turn = None
+    while number != CLAMP:
+        link = mechanism.links[number]
+        steps = [link.rotation, *(tuple(h.rest * a for a in h.axis) for h in link.hinges if h.kind == "rotation")]
+        for step in reversed(steps):
+            if any(step):
+                matrix = np.empty(9)
+                mujoco.mju_quat2Mat(matrix, _quaternion(step))
+                turn = matrix.reshape(3, 3) @ (np.eye(3) if turn is None else turn)
+        number = mechanism.parent(number)
+    return turn
+
+
+def _quaternion(rotation: Sequence[float]) -> Array:
+    """Quaternion of a rotation vector (rad), (4,)."""
+    if not any(rotation):
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    angle = float(np.linalg.norm(rotation))
+    return np.concatenate([[np.cos(angle / 2.0)], np.sin(angle / 2.0) / angle * np.array(rotation)])
+
+
+def _turn_about_x(angle: float) -> list[float]:
+    return [float(np.cos(angle / 2.0)), float(np.sin(angle / 2.0)), 0.0, 0.0]
+
+
+def _inertial(mechanism: Mechanism, number: int) -> tuple[float, Vector, Any, Any]:
+    """Mass (kg), its centre in the link's frame (m), moments of inertia there (kg*m^2), and their axes."""
+    link, (tip_link, tip) = mechanism.links[number], mechanism.tip
+    end_mass = mechanism.tip_mass if number == tip_link else 0.0
+    x2, y2, z2 = (side**2 * link.mass / 12.0 for side in (link.length, link.width, link.thickness))
+    if tip[1] == tip[2] == 0.0 or not end_mass:
+        mass = link.mass + end_mass
+        centre = (link.mass * link.length / 2.0 + end_mass * tip[0]) / mass
+        swing = link.mass * (link.length / 2.0 - centre) ** 2 + end_mass * (tip[0] - centre) ** 2
+        inertia = (y2 + z2, x2 + z2 + swing, x2 + y2 + swing)
+        return mass, (centre, 0.0, 0.0), inertia, _turn_about_x(link.angle)
+    return _off_axis_inertial(link, (y2 + z2, x2 + z2, x2 + y2), end_mass, np.array(tip))
+
+
+def _off_axis_inertial(link: Link, moments: Vector, end_mass: float, tip: Array) -> tuple[float, Vector, Array, Array]:
+    cosine, sine = np.cos(link.angle), np.sin(link.angle)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
+    middle = np.array([link.length / 2.0, 0.0, 0.0])
+    mass = link.mass + end_mass
+    centre = (link.mass * middle + end_mass * tip) / mass
+    total = turn @ np.diag(moments) @ turn.T
+    for share, arm in ((link.mass, middle - centre), (end_mass, tip - centre)):
+        total += share * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    principal, axes = np.linalg.eigh(total)
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, axes.ravel())
+    return mass, tuple(centre.tolist()), principal, quaternion
 
 
 def compile_mechanism(
@@ -111,25 +227,41 @@ def to_mjcf(mechanism: Mechanism, markers: Sequence[Vector] = (), time_step: flo
 def write_mechanism(
     model: mujoco.MjModel, data: mujoco.MjData, mechanism: Mechanism, markers: Sequence[Vector]
 ) -> None:
-    """Turn ``model`` into that of another mechanism with the same links, joints and markers.
+    """Turn ``model`` into that of another mechanism of the same structure with as many markers.
 
     Some 20 times cheaper than compiling, which dominates a fit otherwise.  Everything that depends on
     a mechanism's numbers is written; ``data`` is scratch of the same sizes.
     """
-    offset = 0.0
-    for i, (link, end_mass) in enumerate(zip(mechanism.links, _end_masses(mechanism), strict=True)):
-        mass, centre, inertia = _inertial(link, end_mass)
-        turn, half = _turn_about_x(link.angle), link.length / 2.0
-        model.body_pos[i + 1, 0] = offset
-        model.body_mass[i + 1], model.body_ipos[i + 1, 0] = mass, centre
-        model.body_inertia[i + 1], model.body_iquat[i + 1] = inertia, turn
-        model.geom_size[i] = half, link.width / 2.0, link.thickness / 2.0
-        model.geom_pos[i, 0], model.geom_quat[i] = half, turn
-        offset = link.length
-    hinges = mechanism.hinges
-    model.jnt_axis[:] = [hinge.axis for hinge in hinges]
-    model.jnt_stiffness[:] = mechanism.stiffness
-    model.dof_damping[:] = [hinge.damping for hinge in hinges]
-    model.site_pos[:] = list(_sites(markers).values())
-    model.site_pos[:, 0] += offset
+    for number, link in enumerate(mechanism.links):
+        mass, centre, inertia, turn = _inertial(mechanism, number)
+        body, half = number + 1, link.length / 2.0
+        model.body_pos[body] = mechanism.place(number)
+        model.body_quat[body] = _quaternion(link.rotation)
+        model.body_mass[body], model.body_ipos[body] = mass, centre
+        model.body_inertia[body], model.body_iquat[body] = inertia, turn
+        model.geom_size[number] = half, link.width / 2.0, link.thickness / 2.0
+        model.geom_pos[number, 0], model.geom_quat[number] = half, _turn_about_x(link.angle)
+    _write_hinges(model, mechanism.hinges)
+    branches = [branch for *_, branch in _branches(mechanism)]
+    if branches:
+        model.body_inertia[-len(branches) :] = [[_hidden_inertia(b)] * 3 for b in branches]
+        model.dof_damping[-len(branches) :] = [b.stiffness * b.time for b in branches]
+    tendons = _tendons(mechanism)
+    if tendons:
+        stiffness = np.array([t.stiffness for t in tendons])
+        model.tendon_stiffness[:], model.tendon_stiffnesspoly[:] = stiffness[:, 0], stiffness[:, 1:]
+        model.tendon_lengthspring[:] = [t.slack for t in tendons]
+        model.tendon_damping[:] = [t.damping for t in tendons]
+        model.wrap_prm[:] = [share for t in tendons for _, share in t.shares]
+    model.site_pos[:] = list(_sites(mechanism, markers).values())
     mujoco.mj_setConst(model, data)
+
+
+def _write_hinges(model: mujoco.MjModel, hinges: Sequence[Hinge]) -> None:
+    count = len(hinges)
+    model.jnt_axis[:count] = [hinge.axis for hinge in hinges]
+    model.jnt_stiffness[:count] = [hinge.stiffness for hinge in hinges]
+    model.dof_damping[:count] = [hinge.damping for hinge in hinges]
+    model.qpos_spring[:count] = [hinge.rest for hinge in hinges]
+    model.jnt_stiffnesspoly[:count] = [hinge.higher for hinge in hinges]
+    model.dof_dampingpoly[:count] = [hinge.higher_damping for hinge in hinges]

@@ -1,16 +1,18 @@
 """Equilibrium of a mechanism in joint coordinates q, on MuJoCo's kinematics.
 
-With the joint stiffnesses K, the tip's Jacobians J_p and J_r (3, joints), and a force f and moment m
-on the tip (m about its current centre, fixed axes), equilibrium is K q = J_p^T f + J_r^T m.
+With the springs' torques t(q), the tip's Jacobians J_p and J_r (3, joints), and a force f and moment m
+on the tip (m about its current centre, fixed axes), equilibrium is t(q) = J_p^T f + J_r^T m.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import cache
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from prb.laws import Laws
 from prb.mujoco_model import TIP
 
 Array = NDArray[np.float64]
@@ -25,7 +27,7 @@ class NotConverged(RuntimeError):
 
 @dataclass(frozen=True)
 class Tip:
-    """Posture of the tip: centre (3,), m; rotation (3, 3); Jacobians (3, joints)."""
+    """Posture of a point that rides on a link: place (3,), m; rotation (3, 3); Jacobians (3, joints)."""
 
     position: Array
     rotation: Array
@@ -37,12 +39,17 @@ class Tip:
         """Both Jacobians, (6, joints): three translations, then three rotations."""
         return np.vstack([self.jacp, self.jacr])
 
+    def beside(self, arm: Array) -> "Tip":
+        """Posture of the point that stands at ``arm`` (3,), m, from this one on the same link."""
+        return replace(self, position=self.position + arm, jacp=self.jacp - _cross_matrix(arm) @ self.jacr)
+
     def geometric_stiffness(self, force: Array, moment: Array | None = None) -> Array:
         """Derivative of J_p^T f + J_r^T m by the joint coordinates, (joints, joints).
 
-        In a serial chain the column j of a Jacobian turns with every hinge i nearer the clamp:
-        d J_p,j / d q_i = a_i x J_p,j and d J_r,j / d q_i = a_i x a_j for i < j.  The force's part is
-        symmetric (a dead force has a potential), the moment's is not.
+        Along a chain the column j of a Jacobian turns with every hinge i nearer the clamp:
+        d J_p,j / d q_i = a_i x J_p,j and d J_r,j / d q_i = a_i x a_j for i < j.  In a tree the joints of other
+        branches have empty columns.  The force's part is symmetric (a dead force has a potential), the moment's
+        is not.
         """
         upper, above = _triangles(self.jacp.shape[1])
         near = (_cross_matrix(force) @ self.jacr).T @ self.jacp
@@ -50,6 +57,30 @@ class Tip:
         if moment is not None:
             result += (above * ((_cross_matrix(moment) @ self.jacr).T @ self.jacr)).T
         return result
+
+
+@dataclass(frozen=True)
+class Load:
+    """Dead loads on a mechanism.
+
+    Parameters
+    ----------
+    force
+        On the tip's link, (3,), N.
+    place
+        Where the force acts, from the tip's centre in the fixed axes with slack springs, (3,), m.
+    gravity
+        Acceleration that pulls at every link and at the tip's mass, (3,), m/s^2; None: left out.
+    """
+
+    force: Array
+    place: Array | None = None
+    gravity: Array | None = None
+
+    @property
+    def own_weight(self) -> "Load":
+        """Gravity alone."""
+        return Load(np.zeros(3), None, self.gravity)
 
 
 @cache
@@ -75,30 +106,65 @@ class Chain:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None) -> None:
-        self.model, self.data = model, mujoco.MjData(model) if data is None else data
+        self.model, self.data, self.laws = model, mujoco.MjData(model) if data is None else data, Laws(model)
         self.site = model.site(TIP).id
-        self.stiffness: Array = model.jnt_stiffness.copy()
-        self.length = float(self.tip(np.zeros(model.nq)).position[0])
+        #: Posture with slack springs, (joints,), rad or m; and the tip there.
+        self.slack: Array = self.laws.rest
+        self.at_rest = self.tip(self.slack)
+        self.length = float(np.linalg.norm(self.at_rest.position))
 
     def tip(self, joints: Array) -> Tip:
         """Posture of the tip at the joint coordinates (joints,), rad or m."""
-        model, data = self.model, self.data
-        data.qpos[:] = joints
+        model, data, count = self.model, self.data, self.laws.count
+        data.qpos[:count] = joints
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         jacobian = np.empty((2, 3, model.nv))
         mujoco.mj_jacSite(model, data, jacobian[0], jacobian[1], self.site)
         rotation = data.site_xmat[self.site].reshape(3, 3).copy()
-        return Tip(data.site_xpos[self.site].copy(), rotation, jacobian[0], jacobian[1])
+        return Tip(data.site_xpos[self.site].copy(), rotation, *jacobian[..., :count])
+
+    def sites(self, joints: Array) -> Array:
+        """Places of the tip and of the markers, (1 + markers, 3), m."""
+        self.tip(joints)
+        return self.data.site_xpos.copy()
 
     def nodes(self, joints: Array) -> Array:
-        """Ends of the links at the joint coordinates, (links + 1, 3), m."""
-        tip = self.tip(joints).position
-        return np.vstack([self.data.xpos[1:], tip])
+        """Proximal and far end of every link that is drawn, (2 links, 3), m."""
+        self.tip(joints)
+        bodies, data = self.model.geom_bodyid, self.data
+        far = data.xpos[bodies] + 2.0 * self.model.geom_size[:, :1] * data.xmat[bodies][:, ::3]
+        return np.stack([data.xpos[bodies], far], axis=1).reshape(-1, 3)
 
     def energy(self, joints: Array) -> float:
         """Elastic energy of the joints, J."""
-        return float(0.5 * np.sum(self.stiffness * joints**2))
+        return self.laws.energy(joints)
+
+    def balance(self, joints: Array, load: Load) -> tuple[Array, Array]:
+        """Torque of loads less that of the springs (joints,), and minus its derivative (joints, joints)."""
+        tip = self.tip(joints)
+        if load.place is not None:
+            tip = tip.beside(tip.rotation @ self.at_rest.rotation.T @ load.place)
+        torque = tip.jacp.T @ load.force - self.laws.torque(joints)
+        tangent = self.laws.tangent(joints) - tip.geometric_stiffness(load.force)
+        if load.gravity is not None:
+            for weight, link in self._weights(load.gravity):
+                torque += link.jacp.T @ weight
+                tangent -= link.geometric_stiffness(weight)
+        return torque, tangent
+
+    def _weights(self, gravity: Array) -> Iterator[tuple[Array, Tip]]:
+        """Weight (N) and centre of every link at the posture set last."""
+        model, data, count = self.model, self.data, self.laws.count
+        for body in range(1, model.nbody - len(self.laws.relaxing)):
+            jacobian = np.empty((2, 3, model.nv))
+            mujoco.mj_jacBodyCom(model, data, jacobian[0], jacobian[1], body)
+            yield model.body_mass[body] * gravity, Tip(data.xipos[body], np.eye(3), *jacobian[..., :count])
+
+    def scale(self, load: Load) -> float:
+        """Size of the torques of a load, N*m."""
+        mass = 0.0 if load.gravity is None else float(self.model.body_mass.sum() * np.linalg.norm(load.gravity))
+        return (float(np.linalg.norm(load.force)) + mass) * self.length
 
 
 def tip_compliance(chain: Chain) -> tuple[Array, int]:
@@ -112,23 +178,18 @@ def tip_compliance(chain: Chain) -> tuple[Array, int]:
         Number of independent motions that forces on the tip can cause, with rotations and
         translations made comparable by the length.
     """
-    jacobian = chain.tip(np.zeros_like(chain.stiffness)).jacobian
+    jacobian = chain.at_rest.jacobian
     scaled = np.concatenate([np.full(3, 1.0 / chain.length), np.ones(3)])[:, None] * jacobian
-    compliance = (jacobian / chain.stiffness) @ jacobian.T
+    compliance = jacobian @ np.linalg.solve(chain.laws.tangent(chain.slack), jacobian.T)
     return compliance, int(np.linalg.matrix_rank(scaled, rtol=1e-9))
 
 
-def hang(chain: Chain, force: Array) -> Array:
-    """Stable equilibrium under a dead force on the tip's centre.
+def hang(chain: Chain, load: Load) -> Array:
+    """Stable equilibrium under dead loads: own weight first, then the force on the tip.
 
     Newton's method along a growing load.  A load step is halved when it does not converge, moves a
     joint by more than a radian, or ends where the tangent is not positive definite, so that the
     result is the state that a slowly hung weight reaches.
-
-    Parameters
-    ----------
-    force
-        In the fixed axes, (3,), N.
 
     Returns
     -------
@@ -140,25 +201,33 @@ def hang(chain: Chain, force: Array) -> Array:
     NotConverged
         Where the load path ends, as at a snap.
     """
-    joints, done, step = np.zeros_like(chain.stiffness), 0.0, 1.0
+    joints, gravity = chain.slack, load.gravity
+    if gravity is not None:
+        joints = _loaded(chain, joints, lambda share: Load(np.zeros(3), None, share * gravity), "own weight")
+    if np.any(load.force):
+        joints = _loaded(chain, joints, lambda share: replace(load, force=share * load.force), "the load")
+    return joints
+
+
+def _loaded(chain: Chain, joints: Array, load: Callable[[float], Load], name: str) -> Array:
+    """Equilibrium under ``load(1)``, reached from that under ``load(0)``."""
+    done, step = 0.0, 1.0
     while done < 1.0:
-        found = _newton_force(chain, joints, (done + step) * force)
+        found = _newton(chain, joints, load(done + step))
         if found is None:
             step /= 2.0
             if step < _SMALLEST_STEP:
-                raise NotConverged(f"static start: no stable equilibrium beyond {100 * done:.1f} % of the load")
+                raise NotConverged(f"static start: no stable equilibrium beyond {100 * done:.1f} % of {name}")
             continue
         joints, done = found, done + step
         step = min(2.0 * step, 1.0 - done)
     return joints
 
 
-def _newton_force(chain: Chain, start: Array, force: Array) -> Array | None:
-    joints, scale, elastic = start, float(np.linalg.norm(force)) * chain.length, np.diag(chain.stiffness)
+def _newton(chain: Chain, start: Array, load: Load) -> Array | None:
+    joints, scale = start, chain.scale(load)
     for _ in range(_ITERATIONS):
-        tip = chain.tip(joints)
-        residual = tip.jacp.T @ force - chain.stiffness * joints
-        tangent = elastic - tip.geometric_stiffness(force)
+        residual, tangent = chain.balance(joints, load)
         if np.abs(residual).max() <= _TOLERANCE * scale:
             return joints if np.linalg.eigvalsh(tangent)[0] > 0.0 else None
         try:
@@ -195,24 +264,26 @@ def hold(chain: Chain, motion: Array, start: Held | None = None, rig_compliance:
     NotConverged
         When Newton's method fails from ``start``; come closer in smaller motions.
     """
-    n = len(chain.stiffness)
-    joints, wrench = (np.zeros(n), np.zeros(6)) if start is None else (start.joints, start.wrench)
-    target = chain.tip(np.zeros(n)).position + motion[:3]
-    aim = _rotation_matrix(motion[3:])
+    n, laws = chain.laws.count, chain.laws
+    joints, wrench = (chain.slack, np.zeros(6)) if start is None else (start.joints, start.wrench)
+    target = chain.at_rest.position + motion[:3]
+    aim = _rotation_matrix(motion[3:]) @ chain.at_rest.rotation
+    stiffest = float(laws.tangent(chain.slack).max())
     matrix = np.zeros((n + 6, n + 6))
     matrix[n : n + 3, n : n + 3] = rig_compliance * np.eye(3)
     for _ in range(2 * _ITERATIONS):
         tip = chain.tip(joints)
         jacobian, turn = tip.jacobian, tip.rotation @ aim.T
-        balance = jacobian.T @ wrench - chain.stiffness * joints
+        torque = laws.torque(joints)
+        balance = jacobian.T @ wrench - torque
         off = target - rig_compliance * wrench[:3] - tip.position
         # Sine of the remaining turn: zero with it, and of the same slope.
         lag = 0.5 * np.array([turn[1, 2] - turn[2, 1], turn[2, 0] - turn[0, 2], turn[0, 1] - turn[1, 0]])
-        scale = max(float(np.abs(chain.stiffness * joints).max()), 1e-9 * float(chain.stiffness.max()))
+        scale = max(float(np.abs(torque).max()), 1e-9 * stiffest)
         gap = max(float(np.abs(off).max()) / chain.length, float(np.abs(lag).max()))
         if np.abs(balance).max() <= 10 * _TOLERANCE * scale and gap <= _TOLERANCE:
             return Held(joints, wrench)
-        matrix[:n, :n] = np.diag(chain.stiffness) - tip.geometric_stiffness(wrench[:3], wrench[3:])
+        matrix[:n, :n] = laws.tangent(joints) - tip.geometric_stiffness(wrench[:3], wrench[3:])
         matrix[:n, n:], matrix[n:, :n] = -jacobian.T, jacobian
         step = np.linalg.solve(matrix, np.concatenate([balance, off, lag]))
         joints, wrench = joints + step[:n], wrench + step[n:]

@@ -13,12 +13,8 @@ from lab.records import Record, Scalar
 IN_SAMPLE, HELD_OUT, NOT_FITTED = "in sample", "held out", "not fitted"
 
 
-@dataclass(frozen=True)
-class FitUse:
-    """What the fit behind a performer has seen: samples (by slug) of one reference."""
-
-    reference: str
-    used: frozenset[str]
+#: A record that a fit has seen: campaign, performer or lab table that made it, sample (slug).
+Seen = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
@@ -31,10 +27,11 @@ class Entry:
         Names in the study; the slug holds the swept values.
     experiment
         The experiment, which knows how to reduce the record.
-    fit
-        What the performer's parameters were fitted to, if anything.
     path
         Record file.
+    seen
+        What the fit behind the performer was given, directly or through the fit behind what it was fitted to; None
+        where nothing is fitted.
     """
 
     campaign: str
@@ -44,7 +41,7 @@ class Entry:
     experiment: Experiment
     record: Record
     path: str
-    fit: FitUse | None = None
+    seen: frozenset[Seen] | None = None
 
     def scalars(self) -> dict[str, Scalar]:
         """Reduced numbers; empty unless the record completed."""
@@ -83,9 +80,9 @@ def as_cells(row: Row) -> tuple[object, ...]:
 
 def use_of(entry: Entry, reference: str) -> str:
     """Whether the entry's fit has seen its sample of this reference."""
-    if entry.fit is None:
+    if entry.seen is None:
         return NOT_FITTED
-    return IN_SAMPLE if entry.fit.reference == reference and entry.slug in entry.fit.used else HELD_OUT
+    return IN_SAMPLE if (entry.campaign, reference, entry.slug) in entry.seen else HELD_OUT
 
 
 def against_scalars(
@@ -109,8 +106,7 @@ def against_scalars(
 
 
 def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
-    """Rows of a ring-down against a reference ring-down: tracking error, main numbers, speed-up."""
-    names = (("release_y", "m"), ("release_z", "m"), ("frequency", "Hz"), ("damping_ratio", "1"))
+    """Rows of a motion against a reference motion: tracking error, main numbers, time for 10 s, speed-up."""
     reference, origin = other.performer, other.record.origin
     if entry.record.completed and other.record.completed:
         ours, theirs = entry.record["markers"], other.record["markers"]
@@ -119,10 +115,28 @@ def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
         error = distance = math.nan
     yield _row(entry, entry.slug, "tracking_error", "1", error, reference, origin, 0.0, error)
     yield _row(entry, entry.slug, "tracking_rms", "m", distance, reference, origin, 0.0, math.nan)
-    yield from against_scalars(entry, names, reference, origin, other.scalars(), entry.slug)
+    numbers = other.scalars()
+    names = [(name, scalar.unit) for name, scalar in (numbers or entry.scalars()).items()]
+    yield from against_scalars(entry, names, reference, origin, numbers, entry.slug)
+    times = seconds_per_10_s(entry.record), seconds_per_10_s(other.record)
+    yield _row(entry, entry.slug, "seconds_per_10_s", "s", times[0], reference, origin, times[1], math.nan)
     if entry.record.origin == "prb" and origin != "prb":
-        ratio = _wall_time(other.record) / _wall_time(entry.record)
+        ratio = times[1] / times[0]
         yield _row(entry, entry.slug, "speed_up", "1", ratio, reference, origin, 1.0, math.nan)
+
+
+def seconds_per_10_s(record: Record) -> float:
+    """Wall time that 10 s of motion take, s; NaN for what is measured or has no time.
+
+    Performers that time the motion alone say so themselves; else it is the wall time of the whole run over
+    the time that it simulated.
+    """
+    if "seconds_per_10_s" in record.how:
+        return float(record.how["seconds_per_10_s"])
+    if not record.completed or "time" not in record.channels or "wall_time_s" not in record.how:
+        return math.nan
+    simulated = float(record.how.get("simulated_s", record["time"][-1] - record["time"][0]))
+    return _wall_time(record) * 10.0 / simulated
 
 
 def _row(

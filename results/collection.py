@@ -124,7 +124,7 @@ def _fit(fit: Mapping[str, Any]) -> xr.Dataset:
     if fit.get("history"):
         attributes = {"units": fit["objective_unit"], "long_name": "best objective of each generation"}
         data["history"] = ("generation", np.array(fit["history"], dtype=float), attributes)
-    known = {"parameters", "correlation", "history", "mjcf", "table"}
+    known = {"parameters", "correlation", "history", "mjcf", "tables"}
     rest = {key: value for key, value in fit.items() if key not in known and value is not None}
     words = {k: v if isinstance(v, str | int | float) else json.dumps(v, sort_keys=True) for k, v in rest.items()}
     if fit.get("mjcf"):

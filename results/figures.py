@@ -125,6 +125,33 @@ def ring_down_overlay(entries: Sequence[Entry], title: str, path: Path) -> Path:
     return _save(figure, path, ("sample", "performer", "time_ms", "y_mm", "z_mm"), data)
 
 
+def orbits(entries: Sequence[Entry], title: str, path: Path) -> Path:
+    """Path of the mean marker across the beam over a period of shaking, one panel per sample, a dot where it begins."""
+    plt = _pyplot()
+    slugs = list(dict.fromkeys(e.slug for e in entries))
+    performers = list(dict.fromkeys(e.performer for e in entries))
+    columns = min(len(slugs), 5)
+    rows = -(-len(slugs) // columns)
+    figure, axes = plt.subplots(rows, columns, figsize=(3 * columns, 3 * rows), squeeze=False, layout="constrained")
+    data = []
+    for axis, slug in zip(axes.flat, slugs, strict=False):
+        for entry in (e for e in entries if e.slug == slug):
+            mean = entry.record["markers"].mean(axis=1)[:, 1:] * 1e3
+            i = performers.index(entry.performer)
+            style = "-" if entry.record.origin != "prb" else "--"
+            label = f"{entry.performer} ({entry.record.origin})"
+            axis.plot(*mean.T, style, color=COLOURS[i % len(COLOURS)], label=label, lw=1.1)
+            axis.plot(*mean[0], "o", color=COLOURS[i % len(COLOURS)], ms=3)
+            data += [(slug, entry.performer, *point) for point in mean]
+        axis.set(title=slug, xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
+        axis.grid(alpha=0.3)
+    for axis in axes.flat[len(slugs) :]:
+        axis.set_visible(False)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    figure.suptitle(title)
+    return _save(figure, path, ("sample", "performer", "y_mm", "z_mm"), data)
+
+
 def fit_histories(fits: Mapping[str, Mapping[str, Any]], path: Path) -> Path:
     """Objective of each fit against its generation."""
     plt = _pyplot()
@@ -138,3 +165,32 @@ def fit_histories(fits: Mapping[str, Mapping[str, Any]], path: Path) -> Path:
     axis.grid(alpha=0.3)
     axis.legend(frameon=False)
     return _save(figure, path, ("fit", "generation", "objective_mm"), data)
+
+
+def fit_profiles(name: str, fit: Mapping[str, Any], path: Path) -> Path:
+    """Profile likelihood of each parameter, and the correlations: what the records can tell apart."""
+    plt = _pyplot()
+    profiles, names = fit["profiles"], [p["name"] for p in fit["parameters"]]
+    figure, axes = plt.subplots(1, len(profiles) + 1, figsize=(3.1 * (len(profiles) + 1), 3), layout="constrained")
+    data = []
+    for axis, profile in zip(axes, profiles, strict=False):
+        axis.plot(profile["values"], profile["rise"], ".-", color=COLOURS[1], lw=1.1)
+        axis.axhline(3.841, color=COLOURS[2], lw=0.8, ls="--")
+        axis.set(xlabel=f"{profile['name']} [{profile['unit']}]", ylim=(-0.3, 12))
+        axis.grid(alpha=0.3)
+        data += [
+            (profile["name"], profile["unit"], *pair) for pair in zip(profile["values"], profile["rise"], strict=True)
+        ]
+    axes[0].set_ylabel("rise of the sum of squares\n(dashed: 95 %)")
+    correlation = np.array(fit["correlation"], dtype=float)
+    image = axes[-1].imshow(correlation, vmin=-1, vmax=1, cmap="PuOr")
+    for (i, j), value in np.ndenumerate(correlation):
+        axes[-1].text(
+            j, i, f"{value:.2f}", ha="center", va="center", fontsize=7, color="w" if abs(value) > 0.6 else "k"
+        )
+    axes[-1].set_xticks(range(len(names)), names)
+    axes[-1].set_yticks(range(len(names)), names)
+    axes[-1].set_title("correlation")
+    figure.colorbar(image, ax=axes[-1], shrink=0.8)
+    figure.suptitle(f"fit {name}")
+    return _save(figure, path, ("parameter", "unit", "value", "rise"), data)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from results.ledger.tables import LedgerView
 from results.tables import MARKS, Table
 
 
@@ -29,6 +30,7 @@ def render(
     assumptions: Sequence[str],
     holes: Sequence[Mapping[str, Any]],
     provenance: Mapping[str, Any],
+    ledger: LedgerView | None = None,
 ) -> str:
     """HTML text of the report."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -39,5 +41,5 @@ def render(
     )
     return environment.get_template("report.html.jinja").render(
         title=title, tables=tables, pictures=pictures, left_out=left_out, assumptions=assumptions, holes=holes,
-        provenance=provenance, marks=MARKS,
+        provenance=provenance, marks=MARKS, ledger=ledger,
     )  # fmt: skip

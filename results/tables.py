@@ -11,7 +11,9 @@ from lab.measures import TRACKING_ERROR_DEFINITION
 from results.accuracy import HEADER, IN_SAMPLE, Row, as_cells
 
 #: SI unit to the factor and unit that a person reads.
-_SHOWN = {"m": (1e3, "mm")}
+_SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "deg")}
+#: The same for numbers that stand alone, where tables of one unit do not ask for the plain one.
+_ALONE = {**_SHOWN, "Pa": (1e-6, "MPa"), "s": (1e3, "ms"), "kg": (1e3, "g"), "1": (1.0, ""), "dimensionless": (1.0, "")}
 #: Round-off of entries that vanish by symmetry, SI; no quantity of the tables is this small.
 _NOUGHT = 1e-9
 MARKS = (
@@ -55,6 +57,14 @@ def _unit(quantity: str, unit: str) -> str:
     if quantity == "tracking_error":
         return " [%]"
     return "" if unit == "1" else f" [{_SHOWN.get(unit, (1, unit))[1]}]"
+
+
+def shown(value: float | None, unit: str) -> str:
+    """An SI number as text in the unit that a person reads; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    factor, name = _ALONE.get(unit, (1.0, unit))
+    return f"{value * factor:.4g} {name}".rstrip()
 
 
 def _number(row: Row, value: float) -> str:

@@ -3,7 +3,7 @@
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from lab.materials import Frozen
 from lab.measures import dominant_mode
@@ -14,11 +14,16 @@ Metre = Annotated[float, Quantity("m", "mm")]
 
 
 class RingDown(Frozen):
-    """A weight hangs from the centre of the tip face, is cut at t = 0, and the beam swings freely.
+    """A weight hangs from the tip face, is cut at t = 0, and the beam swings freely.
 
     The load pulls along y turned by ``direction`` about +x (0: +y, 90 deg: +z).  The text does not say
-    which way the beam was loaded: ASSUMED, a parameter.  Gravity acts on the load only; the beam's
-    own 0.05 N are left out, since markers are measured from the position at rest.
+    which way the beam was loaded: ASSUMED, a parameter.  It hangs from the material point of the tip face at
+    ``load_place``; off the axis it twists the beam, so that the release excites torsion as well.
+
+    Without ``own_weight`` gravity acts on the load only: the text's beam weighs 0.05 N, and markers are measured
+    from the position at rest.  A heavy or soft beam sags, which stiffens or softens its swing: with
+    ``own_weight`` gravity also acts on the beam and on what its tip carries, and rest is the equilibrium under it.
+    A beam that is held up at its tip and let go is a load that points against ``own_weight``.
 
     Markers ride on a light carrier that follows the mean rigid motion of the tip face.  Their
     places on it are not published: ASSUMED.  Sensed: marker positions minus rest, at ``rate``,
@@ -30,12 +35,23 @@ class RingDown(Frozen):
     load_mass: Annotated[float, Quantity("kg", "g"), Field(gt=0)] = 0.200
     gravity: Annotated[float, Quantity("m/s^2", "m/s^2"), Field(gt=0)] = 9.81
     direction: Annotated[float, Quantity("rad", "deg"), Field(ge=-np.pi, le=np.pi)] = 0.0
+    #: Where the weight hangs, from the tip's centre in the fixed axes of the unloaded beam; x is 0, on the face.
+    load_place: tuple[Metre, Metre, Metre] = (0.0, 0.0, 0.0)
+    #: Direction of gravity on the beam and on what its tip carries, turned as ``direction`` is.  None: left out.
+    own_weight: Annotated[float, Quantity("rad", "deg"), Field(ge=-np.pi, le=np.pi)] | None = None
     duration: Annotated[float, Quantity("s", "s"), Field(gt=0)] = 0.25
     rate: Annotated[float, Quantity("Hz", "Hz"), Field(gt=0)] = 360.0
-    #: Place of each marker from the tip's centre in the fixed axes at rest.
+    #: Place of each marker from the tip's centre in the fixed axes of the unloaded beam.
     markers: tuple[tuple[Metre, Metre, Metre], ...] = Field(
         ((0.0, 0.010, 0.0), (0.0, -0.010, 0.0), (0.0, 0.0, 0.010)), min_length=1
     )
+
+    @field_validator("load_place")
+    @classmethod
+    def _on_the_face(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if value[0] != 0.0:
+            raise ValueError(f"the weight hangs from the tip face: its x must be 0, not {value[0]:g} m")
+        return value
 
     @property
     def samples(self) -> int:
@@ -45,8 +61,12 @@ class RingDown(Frozen):
     @property
     def load(self) -> tuple[float, float, float]:
         """Force of the weight on the tip before the release, N."""
-        weight = self.load_mass * self.gravity
-        return (0.0, weight * float(np.cos(self.direction)), weight * float(np.sin(self.direction)))
+        return _turned(self.load_mass * self.gravity, self.direction)
+
+    @property
+    def own_gravity(self) -> tuple[float, float, float] | None:
+        """Acceleration that gravity gives the beam and what its tip carries, m/s^2; None: left out."""
+        return None if self.own_weight is None else _turned(self.gravity, self.own_weight)
 
     def reduce(self, record: Record) -> dict[str, Scalar]:
         """Start deflection, frequency and damping of the main mode of the mean marker's motion.
@@ -61,3 +81,8 @@ class RingDown(Frozen):
             "frequency": Scalar(frequency, "Hz", "damped frequency of the main mode"),
             "damping_ratio": Scalar(damping, "1", "damping ratio of the main mode"),
         }
+
+
+def _turned(size: float, angle: float) -> tuple[float, float, float]:
+    """Vector along +y turned by ``angle`` (rad) about +x."""
+    return (0.0, size * float(np.cos(angle)), size * float(np.sin(angle)))

@@ -8,8 +8,12 @@ from pipeline.plan import Plan
 from pipeline.stages.gather import entries, fit_results
 from pipeline.study import Comparison
 from results.accuracy import Entry, Row, against_record, against_scalars, holes, published_ring_down
+from results.fit_tables import fit_tables
 from results.store import write_text
+from results.summary import summary
 from results.tables import Table, layout, to_csv, to_json, to_markdown
+
+PUBLISHED = "what the dissertation reports of its own ring-down models"
 
 
 def compare(plan: Plan) -> str:
@@ -18,7 +22,8 @@ def compare(plan: Plan) -> str:
     groups = groups_of(plan, found)
     rows = [row for _, group in groups for row in group]
     write_text(plan.folder / "accuracy.csv", to_csv(rows))
-    tables = [layout(title, rows) for title, rows in groups if rows] + fit_tables(fit_results(plan))
+    tables = summaries(groups) + [layout(title, rows) for title, rows in groups if rows]
+    tables += fit_tables(fit_results(plan))
     write_text(plan.folder / "accuracy.md", to_markdown(tables))
     write_text(plan.folder / "tables.json", to_json(tables))
     failed = [{"sample": e.path, "status": e.record.status, "reason": e.record.reason} for e in holes(found)]
@@ -34,12 +39,23 @@ def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
             title = f"{comparison.campaign} against {comparison.reference} (published lab measurements)"
             groups.append((title, list(_lab_rows(plan, comparison, found))))
         else:
-            origin = plan.study.performers[comparison.reference].model_dump().get("origin", "prb")
+            performer = plan.study.performers[comparison.reference]
+            origin = getattr(performer, "origin", performer.kind)
             title = f"{comparison.campaign} against {comparison.reference} ({origin})"
             groups.append((title, list(_record_rows(comparison, found))))
     if any(e.experiment.kind == "RingDown" for e in found):
-        groups.append(("what the dissertation reports of its own ring-down models", published_ring_down()))
+        groups.append((PUBLISHED, published_ring_down()))
     return groups
+
+
+def summaries(groups: list[tuple[str, list[Row]]]) -> list[Table]:
+    """For each reference in motion, one line per model, with the dissertation's own two models below."""
+    published = [rows for title, rows in groups if title == PUBLISHED]
+    return [
+        summary(f"In short: {title}", [rows, *(published if rows[0].experiment == "RingDown" else [])])
+        for title, rows in groups
+        if title != PUBLISHED and any(row.quantity == "tracking_error" for row in rows)
+    ]
 
 
 def _lab_rows(plan: Plan, comparison: Comparison, found: list[Entry]) -> Iterator[Row]:
@@ -61,13 +77,3 @@ def _record_rows(comparison: Comparison, found: list[Entry]) -> Iterator[Row]:
         for entry in inside:
             if entry.slug == slug and entry is not other:
                 yield from against_record(entry, other)
-
-
-def fit_tables(results: dict[str, dict]) -> list[Table]:
-    """One table per fit, as its result describes it."""
-    tables = []
-    for name, result in results.items():
-        header, rows = result["table"]["header"], result["table"]["rows"]
-        notes = [result["reason"]] if result["reason"] else result["notes"]
-        tables.append(Table(f"fit {name}", tuple(header), tuple(tuple(row) for row in rows), tuple(notes)))
-    return tables

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.plan import Plan, Sample
-from results.accuracy import Entry, FitUse
+from pipeline.study import LabPerformer
+from results.accuracy import Entry
 from results.store import read_record
 
 
@@ -16,21 +17,11 @@ def entries(plan: Plan, with_fields: bool = False) -> list[Entry]:
 
 def _entry(plan: Plan, sample: Sample, with_fields: bool) -> Entry:
     path = Path(plan.output(sample))
+    fit = None if isinstance(sample.model, LabPerformer) else sample.model.fit
     return Entry(
         sample.campaign, sample.performer, sample.slug, sample.specimen_name, sample.experiment,
-        read_record(path, with_fields), str(path.relative_to(plan.folder)), _use(plan, sample),
+        read_record(path, with_fields), str(path.relative_to(plan.folder)), plan.seen(fit) if fit else None,
     )  # fmt: skip
-
-
-def _use(plan: Plan, sample: Sample) -> FitUse | None:
-    if not sample.model.fit:
-        return None
-    fit = plan.study.fits[sample.model.fit]
-    if fit.campaign != sample.campaign:
-        return FitUse(fit.reference, frozenset())
-    # A modulus fit names rows of its lab table; what it used are the samples behind them.
-    used = fit.used if fit.kind == "tracking" else [s.slug for s in plan.fit_samples(sample.model.fit)]
-    return FitUse(fit.reference, frozenset(used))
 
 
 def fit_results(plan: Plan) -> dict[str, dict[str, Any]]:

@@ -1,14 +1,16 @@
-"""Stages ``fea`` and ``prb``: one sample, one record file."""
+"""Stages ``lab``, ``fea`` and ``prb``: one sample, one record file."""
 
 import dataclasses
 import json
 import traceback
 from pathlib import Path
+from typing import Any
 
 from lab.records import Record
+from lab.specimens import Specimen
 from pipeline.plan import SOURCES, Plan, Sample
 from pipeline.provenance import provenance
-from pipeline.study import FeaPerformer, PrbPerformer
+from pipeline.study import FeaPerformer, LabPerformer, PrbPerformer
 from results.store import write_record
 
 
@@ -20,8 +22,7 @@ def perform(plan: Plan, sample_id: str, output: Path) -> str:
     """
     sample = plan.samples[sample_id]
     try:
-        model = sample.model
-        record = _fea(plan, sample, model) if isinstance(model, FeaPerformer) else _prb(plan, sample, model)
+        record = _run(plan, sample)
     except Exception as error:
         traceback.print_exc()
         record = _hole(sample, f"{type(error).__name__}: {error}")
@@ -30,10 +31,23 @@ def perform(plan: Plan, sample_id: str, output: Path) -> str:
     return f"{sample.id}: {record.status} {record.reason}".rstrip()
 
 
+def _run(plan: Plan, sample: Sample) -> Record:
+    model = sample.model
+    if isinstance(model, LabPerformer):
+        return _lab(plan, sample, model)
+    return _fea(plan, sample, model) if isinstance(model, FeaPerformer) else _prb(plan, sample, model)
+
+
 def _hole(sample: Sample, reason: str) -> Record:
-    origin = sample.model.origin if isinstance(sample.model, FeaPerformer) else "prb"
+    origin = sample.model.origin if isinstance(sample.model, FeaPerformer) else sample.model.kind
     specimen, experiment = sample.specimen.model_dump(mode="json"), sample.experiment.model_dump(mode="json")
     return Record(origin, sample.performer, specimen, experiment, status="failed", reason=reason)
+
+
+def _lab(plan: Plan, sample: Sample, model: LabPerformer) -> Record:
+    from lab.recordings import perform as read
+
+    return read(sample.specimen, sample.experiment, model, plan.lab_file(sample))
 
 
 def _fea(plan: Plan, sample: Sample, model: FeaPerformer) -> Record:
@@ -41,21 +55,47 @@ def _fea(plan: Plan, sample: Sample, model: FeaPerformer) -> Record:
     from meshes import read_mesh
 
     if model.fit:
-        found = _fitted(plan, model.fit)
-        model = model.model_copy(update={"material": model.material.model_copy(update=found)})
+        found = _result(plan, model.fit)
+        values = {p["name"]: p["value"] for p in found["parameters"]}
+        thickness = values.pop("thickness", model.thickness)
+        material = model.material.model_copy(update=values)
+        model = model.model_copy(update={"material": material, "thickness": thickness})
     return fea.perform(sample.specimen, sample.experiment, model, read_mesh(Path(plan.mesh_job(sample).output)))
 
 
 def _prb(plan: Plan, sample: Sample, model: PrbPerformer) -> Record:
     import prb
 
-    if model.fit:
-        model = model.model_copy(update={"parameters": {**model.parameters, **_fitted(plan, model.fit)}})
-    return prb.perform(sample.specimen, sample.experiment, model)
+    if not model.fit:
+        return prb.perform(sample.specimen, sample.experiment, model)
+    fitted, warnings = fitted_prb(plan, model.fit, model, sample.specimen)
+    record = prb.perform(sample.specimen, sample.experiment, fitted)
+    return dataclasses.replace(record, how={**record.how, "warnings": list(warnings)}) if warnings else record
 
 
-def _fitted(plan: Plan, name: str) -> dict[str, float]:
+def fitted_prb(plan: Plan, name: str, model: PrbPerformer, specimen: Specimen) -> tuple[PrbPerformer, tuple[str, ...]]:
+    """The model with what the fit ``name`` found for ``specimen``, and why to doubt it there.
+
+    A selection puts its chosen model, topology and all, in the place of ``model``.
+    """
+    result = _result(plan, name)
+    warnings: tuple[str, ...] = ()
+    if result["kind"] == "parametric":
+        from calibrate.parametric import ParametricModel
+
+        prediction = ParametricModel.from_json(result["model"]).predict(specimen)
+        values, warnings = dict(prediction.values), tuple(prediction.warnings)
+    else:
+        values = {p["name"]: p["value"] for p in result["parameters"]}
+    if result["kind"] == "selection":
+        chosen = plan.study.performers[result["chosen_model"]]
+        assert isinstance(chosen, PrbPerformer)
+        model = chosen
+    return model.model_copy(update={"parameters": {**model.parameters, **values}}), warnings
+
+
+def _result(plan: Plan, name: str) -> dict[str, Any]:
     result = json.loads(Path(plan.fit_output(name)).read_text(encoding="utf-8"))
     if result["status"] != "completed":
         raise ValueError(f"fit {name} gave no parameters: {result['reason']}")
-    return {p["name"]: p["value"] for p in result["parameters"]}
+    return result

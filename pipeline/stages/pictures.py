@@ -41,6 +41,11 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> list[tuple[Path, s
                 inside, f"{name}: mean marker displacement", folder / f"{name}_overlay.png"
             )
             drawn.append((path, f"{name}: free decay after the load is cut; dashed lines are PRB models"))
+        if kind == "BaseShake":
+            path = figures.orbits(inside, f"{name}: path of the tip over a period", folder / f"{name}_orbits.png")
+            drawn.append(
+                (path, f"{name}: path of the tip relative to the clamp, dots at the clamp's middle going up z")
+            )
         if kind == "StaticStiffness":
             for performer in dict.fromkeys(e.performer for e in inside):
                 mine = [e for e in inside if e.performer == performer]
@@ -51,14 +56,18 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> list[tuple[Path, s
     histories = {name: fit for name, fit in fit_results(plan).items() if fit.get("history")}
     if histories:
         drawn.append((figures.fit_histories(histories, folder / "fit_histories.png"), "fits: objective per generation"))
+    for name, fit in fit_results(plan).items():
+        if fit.get("profiles"):
+            path = figures.fit_profiles(name, fit, folder / f"fit_{name}.png")
+            drawn.append((path, f"fit {name}: profile likelihoods and correlations of the parameters"))
     return drawn
 
 
 def _scenes(plan: Plan, found: list[Entry], folder: Path) -> list[tuple[scenes.Scene, str]]:
     wanted = []
     for name in plan.study.campaigns:
-        inside = [e for e in found if e.campaign == name and e.record.completed and e.record.origin != "prb"]
-        if not inside:
+        inside = [e for e in found if e.campaign == name and e.record.completed and e.path.startswith("fea/")]
+        if not inside or inside[0].experiment.kind == "BaseShake":
             continue
         if inside[0].experiment.kind == "StaticStiffness":
             first = [e for e in inside if e.performer == inside[0].performer][:8]

@@ -2,11 +2,12 @@
 
 import json
 
-from lab.experiments import Experiment, RingDown
+from lab.experiments import BaseShake, Experiment, RingDown
 from lab.specimens import Specimen
 from pipeline.plan import ALL_SOURCES, Plan
 from pipeline.provenance import provenance
 from pipeline.study import FeaPerformer, Reading
+from results.ledger.tables import from_json as ledger_from_json
 from results.report import Picture, render
 from results.store import write_text
 from results.tables import from_json
@@ -18,10 +19,11 @@ def report(plan: Plan) -> str:
     pictures = [Picture(plan.folder / "pictures" / p["file"], p["caption"]) for p in index["files"]]
     holes = json.loads((plan.folder / "holes.json").read_text(encoding="utf-8"))
     tables = from_json((plan.folder / "tables.json").read_text(encoding="utf-8"))
+    ledger = ledger_from_json((plan.folder / "ledger.json").read_text(encoding="utf-8"))
     about = {"study": plan.study.study, "study hash": plan.study.digest(), **provenance(ALL_SOURCES)}
     title = plan.study.title or plan.study.study
     path = plan.folder / "report.html"
-    write_text(path, render(title, tables, pictures, index["left_out"], assumptions(plan), holes, about))
+    write_text(path, render(title, tables, pictures, index["left_out"], assumptions(plan), holes, about, ledger))
     return f"{path}: {len(tables)} tables, {len(pictures)} pictures"
 
 
@@ -53,6 +55,8 @@ def _about_experiment(name: str, experiment: Experiment) -> str:
     if isinstance(experiment, RingDown):
         places = "; ".join("(" + ", ".join(f"{c * 1e3:g}" for c in place) + ")" for place in experiment.markers)
         return f"{name}: the load's direction and the markers' places, {places} mm from the tip's centre, are assumed."
+    if isinstance(experiment, BaseShake):
+        return f"{name}: gravity is left out, and the marker rides on the tip's centre: the text says neither."
     return (
         f"{name}: K' is fitted as to a dense force log at steady speed, which the text does not state; the tip "
         "hardens, so that other spacings give other slopes."

@@ -7,7 +7,6 @@ from pydantic import BaseModel
 
 from lab.specimens import Specimen
 from prb.model import PrbModel
-from prb.topologies import TOPOLOGIES
 
 DOFS = "translations along x, y, z, then rotations about them"
 
@@ -16,7 +15,7 @@ def heading(specimen: Specimen, experiment: BaseModel, model: PrbModel) -> dict[
     """Origin, name, specimen and experiment of a record."""
     return {
         "origin": "prb",
-        "model": model.topology,
+        "model": model.topology.name,
         "specimen": specimen.model_dump(mode="json"),
         "experiment": experiment.model_dump(mode="json"),
     }
@@ -24,10 +23,11 @@ def heading(specimen: Specimen, experiment: BaseModel, model: PrbModel) -> dict[
 
 def how(specimen: Specimen, model: PrbModel, wall_time: float, **more: Any) -> dict[str, Any]:
     """How a record came about; ``wall_time`` (s) is that of the simulation, the model being built."""
-    values, declared = model.values(specimen), TOPOLOGIES[model.topology].parameters
-    parameters = {p.name: {"value": values[p.name], "unit": p.unit} for p in declared}
+    values = model.values(specimen)
+    parameters = {name: {"value": values[name], "unit": model.topology.parameter(name).unit} for name in values}
     return {
-        "topology": model.topology,
+        "topology": model.topology.name,
+        "settings": model.topology.chosen,
         "parameters": parameters,
         "wall_time_s": wall_time,
         "mujoco": mujoco.__version__,

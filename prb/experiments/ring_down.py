@@ -11,11 +11,10 @@ from lab.experiments import RingDown
 from lab.records import Channel, Fields, Record, channels
 from lab.specimens import Specimen
 from prb.experiments.common import heading, how
-from prb.mechanism import Mechanism
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
-from prb.release import Motion, refusal, release, steps_per_sample
-from prb.statics import Chain, NotConverged, hang
+from prb.release import Motion, extrapolated, refusal, steps_per_sample, unstable
+from prb.statics import Chain, Load, NotConverged, hang
 
 Array = NDArray[np.float64]
 #: States kept for pictures, and the time they cover, s.
@@ -27,20 +26,19 @@ _VTK_LINE = 3
 class _Bench:
     """A compiled mechanism with the sampling of its experiment."""
 
-    mechanism: Mechanism
     experiment: RingDown
     model: mujoco.MjModel
     stride: int
 
-    def start(self) -> Array:
-        return hang(Chain(self.model), np.array(self.experiment.load))
-
     def run(self, start: Array) -> Motion:
         data = [mujoco.MjData(self.model)]
-        return release([self.model], data, start[None], self.experiment.samples, self.stride)
+        return extrapolated([self.model], data, start[None], self.experiment.samples, self.stride)
 
-    def times(self) -> Array:
-        return np.arange(self.experiment.samples) / self.experiment.rate
+
+def load_of(experiment: RingDown) -> Load:
+    """What hangs on the mechanism before the release."""
+    gravity = None if experiment.own_gravity is None else np.array(experiment.own_gravity)
+    return Load(np.array(experiment.load), np.array(experiment.load_place), gravity)
 
 
 def ring_down(specimen: Specimen, experiment: RingDown, model: PrbModel) -> Record:
@@ -53,51 +51,55 @@ def ring_down(specimen: Specimen, experiment: RingDown, model: PrbModel) -> Reco
         displacements from rest, m.  Fields: the links as lines over the first 60 ms.
     """
     stride = steps_per_sample(experiment.rate, model.time_step)
-    mechanism = model.mechanism(specimen).in_motion
     step = 1.0 / (experiment.rate * stride)
-    bench = _Bench(mechanism, experiment, compile_mechanism(mechanism, experiment.markers, step), stride)
-    head = heading(specimen, experiment, model)
+    compiled = compile_mechanism(model.mechanism(specimen).in_motion, experiment.markers, step)
+    compiled.opt.gravity[:] = experiment.own_gravity or (0.0, 0.0, 0.0)
+    bench, head = _Bench(experiment, compiled, stride), heading(specimen, experiment, model)
     begin = perf_counter()
-    if reason := refusal(bench.model):
-        spent = perf_counter() - begin
-        return Record(**head, how=how(specimen, model, spent, time_step=step), status="unsupported", reason=reason)
+    if reason := refusal(compiled):
+        facts = how(specimen, model, perf_counter() - begin, time_step=step)
+        return Record(**head, how=facts, status="unsupported", reason=reason)
     try:
-        start = bench.start()
+        chain, load = Chain(compiled), load_of(experiment)
+        rest, start = hang(chain, load.own_weight), hang(chain, load)
     except NotConverged as failure:
-        spent = perf_counter() - begin
-        return Record(**head, how=how(specimen, model, spent, time_step=step), status="diverged", reason=str(failure))
+        facts = how(specimen, model, perf_counter() - begin, time_step=step)
+        return Record(**head, how=facts, status="diverged", reason=str(failure))
     motion = bench.run(start)
     wall_time = perf_counter() - begin
     if not motion.completed[0]:
-        reason = f"the motion is not stable with a step of {1e3 * step:.3g} ms; shorten time_step"
-        return Record(**head, how=how(specimen, model, wall_time, time_step=step), status="diverged", reason=reason)
+        facts = how(specimen, model, wall_time, time_step=step)
+        return Record(**head, how=facts, status="diverged", reason=unstable(step))
     facts = how(specimen, model, wall_time, time_step=step, seconds_per_10_s=_seconds_per_10_s(bench, start))
-    return Record(**head, channels=_channels(bench, motion), how=facts, fields=_fields(bench, motion))
+    time = np.arange(experiment.samples) / experiment.rate
+    return Record(
+        **head,
+        channels=_channels(time, motion.positions[0] - chain.sites(rest)),
+        how=facts,
+        fields=_fields(chain, time, motion.joints[0], rest),
+    )
 
 
 def _seconds_per_10_s(bench: _Bench, start: Array) -> float:
     """Wall time for 10 s of motion, scaled from a repeat without the static start."""
     begin = perf_counter()
     bench.run(start)
-    return (perf_counter() - begin) * 10.0 / bench.times()[-1]
+    return (perf_counter() - begin) * 10.0 * bench.experiment.rate / (bench.experiment.samples - 1)
 
 
-def _channels(bench: _Bench, motion: Motion) -> dict[str, Channel]:
-    rest = bench.mechanism.nodes[-1]
-    markers = motion.positions[0, :, 1:] - (rest + np.array(bench.experiment.markers))
+def _channels(time: Array, displacements: Array) -> dict[str, Channel]:
     return channels(
-        Channel("time", "s", bench.times(), ("time",), "time since the release"),
-        Channel("markers", "m", markers, ("time", "marker", "axis"), "marker displacement from rest"),
-        Channel("tip", "m", motion.positions[0, :, 0] - rest, ("time", "axis"), "displacement of the tip's centre"),
+        Channel("time", "s", time, ("time",), "time since the release"),
+        Channel("markers", "m", displacements[:, 1:], ("time", "marker", "axis"), "marker displacement from rest"),
+        Channel("tip", "m", displacements[:, 0], ("time", "axis"), "displacement of the tip's centre"),
     )
 
 
-def _fields(bench: _Bench, motion: Motion) -> Fields:
-    rest, times, chain = bench.mechanism.nodes, bench.times(), Chain(bench.model)
-    last = np.searchsorted(times, _PICTURED, side="right") - 1
+def _fields(chain: Chain, time: Array, joints: Array, rest: Array) -> Fields:
+    last = np.searchsorted(time, _PICTURED, side="right") - 1
     shown = np.unique(np.linspace(0, last, _STATES).round().astype(int))
-    displacement = np.array([chain.nodes(joints) - rest for joints in motion.joints[0, shown]])
-    links = np.arange(len(rest) - 1)
+    nodes = chain.nodes(rest)
+    displacement = np.array([chain.nodes(joints[i]) - nodes for i in shown])
+    cells = np.arange(len(nodes), dtype=np.int64).reshape(-1, 2)
     channel = Channel("displacement", "m", displacement, ("state", "point", "axis"), "displacement of the links' ends")
-    cells = np.column_stack([links, links + 1]).astype(np.int64)
-    return Fields(rest, cells, _VTK_LINE, times[shown], {"displacement": channel})
+    return Fields(nodes, cells, _VTK_LINE, time[shown], {"displacement": channel})

@@ -46,11 +46,7 @@ def static_stiffness(specimen: Specimen, experiment: StaticStiffness, model: Prb
     head = heading(specimen, experiment, model)
     head["scalars"] = {"rank": Scalar(float(rank), "1", "rank of the tip compliance")}
     common = {"tip_compliance": _matrix("tip_compliance", compliance, "m/N, rad/N, rad/(N*m)", "wrench_dof")}
-    if rank < _RIGID_MOTIONS:
-        reason = (
-            f"rank of the tip compliance is {rank} of 6: the hinges cannot follow a held tip, "
-            "so the clamped stiffness does not exist"
-        )
+    if reason := _refusal(rank):
         facts = how(specimen, model, perf_counter() - begin)
         return Record(**head, channels=common, how=facts, status="unsupported", reason=reason)
     rig = 0.0 if experiment.rig_stiffness is None else 1.0 / experiment.rig_stiffness
@@ -62,6 +58,25 @@ def static_stiffness(specimen: Specimen, experiment: StaticStiffness, model: Prb
     return Record(**head, channels=_channels(rows) | common, how=facts, **outcome)
 
 
+def held_tip(chain: Chain, experiment: StaticStiffness) -> tuple[dict[str, Array], str]:
+    """``leg``, ``motion`` and ``wrench`` of all legs, or why they do not exist."""
+    if reason := _refusal(tip_compliance(chain)[1]):
+        return {}, reason
+    rig = 0.0 if experiment.rig_stiffness is None else 1.0 / experiment.rig_stiffness
+    rows, outcome = _sweep(chain, experiment, rig)
+    found = _channels(rows)
+    return {name: found[name].values for name in ("leg", "motion", "wrench")}, outcome.get("reason", "")
+
+
+def _refusal(rank: int) -> str:
+    if rank == _RIGID_MOTIONS:
+        return ""
+    return (
+        f"rank of the tip compliance is {rank} of 6: the hinges cannot follow a held tip, "
+        "so the clamped stiffness does not exist"
+    )
+
+
 def _matrix(name: str, values: Array, unit: str, second: str) -> Channel:
     return Channel(name, unit, values, ("dof", second), f"{name.replace('_', ' ')} at rest; {DOFS}")
 
@@ -71,9 +86,8 @@ def _sweep(chain: Chain, experiment: StaticStiffness, rig: float) -> tuple[list[
     from scipy.spatial.transform import Rotation  # 0.4 s, which no other experiment needs
 
     rows: list[_Row] = []
-    rest = chain.tip(np.zeros_like(chain.stiffness)).position
     for leg, (dof, end) in enumerate(experiment.legs()):
-        held, before = Held(np.zeros_like(chain.stiffness), np.zeros(6)), np.zeros(6)
+        held, before = Held(chain.slack, np.zeros(6)), np.zeros(6)
         for share in np.arange(1, experiment.increments + 1) / experiment.increments:
             motion = np.zeros(6)
             motion[dof] = share * end
@@ -82,7 +96,8 @@ def _sweep(chain: Chain, experiment: StaticStiffness, rig: float) -> tuple[list[
             except NotConverged as failure:
                 return rows, {"status": "diverged", "reason": f"leg {leg}: {failure}"}
             tip = chain.tip(held.joints)
-            pose = np.concatenate([tip.position - rest, Rotation.from_matrix(tip.rotation).as_rotvec()])
+            turn = Rotation.from_matrix(tip.rotation @ chain.at_rest.rotation.T)
+            pose = np.concatenate([tip.position - chain.at_rest.position, turn.as_rotvec()])
             rows.append(_Row(leg, motion, pose, held.wrench))
             before = motion
     return rows, {}

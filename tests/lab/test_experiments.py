@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
 
-from lab.experiments import RingDown, StaticStiffness
+from lab.experiments import BaseShake, Experiment, RingDown, StaticStiffness
+from lab.experiments.shaking import SmoothShake
 from lab.measures import dominant_mode, relative_error, tracking_error, tracking_rms
 from lab.records import Channel, Record, channels
 
@@ -85,3 +87,83 @@ def test_ring_down_load_and_samples():
     experiment = RingDown(direction=np.pi / 2)
     assert experiment.load == pytest.approx((0.0, 0.0, 1.962))
     assert experiment.samples == 91
+
+
+def test_load_and_own_weight_turn_about_x_from_y():
+    experiment = RingDown(direction=np.pi, own_weight=np.pi / 2, load_place=(0.0, 0.008, 0.0))
+    assert experiment.load == pytest.approx((0.0, -1.962, 0.0))
+    assert experiment.own_gravity == pytest.approx((0.0, 0.0, 9.81))
+    assert RingDown().own_gravity is None
+
+
+def test_the_weight_hangs_from_the_tip_face():
+    with pytest.raises(ValidationError, match="its x must be 0, not 0.01 m"):
+        RingDown(load_place=(0.01, 0.0, 0.0))
+
+
+def test_an_experiment_is_known_by_its_kind():
+    read = TypeAdapter(Experiment).validate_python({"kind": "BaseShake", "frequency": 9.0})
+    assert read == BaseShake(frequency=9.0)
+
+
+def orbit(experiment, major, minor, tilt, phase=0.3, harmonics=0.0):
+    """Record of a tip on an ellipse with these semi-axes, m; ``minor`` > 0 turns right-handed about +x."""
+    angle = 2 * np.pi * experiment.frequency * experiment.times + phase
+    along, across = major * np.cos(angle), minor * np.sin(angle)
+    path = np.stack(
+        [0 * angle, np.cos(tilt) * along - np.sin(tilt) * across, np.sin(tilt) * along + np.cos(tilt) * across]
+    )
+    path += np.array([0.0, 1e-3, -2e-3])[:, None] + harmonics * np.cos(2 * angle)
+    dims = ("time", "marker", "axis")
+    found = channels(
+        Channel("time", "s", experiment.times, ("time",)), Channel("markers", "m", path.T[:, None, :], dims)
+    )
+    return Record("fea", "ideal", {}, {}, found)
+
+
+@given(st.floats(1e-4, 1e-2), st.floats(-0.95, 0.95), st.floats(-1.5, 1.5), st.floats(-3, 3))
+def test_orbit_of_an_ellipse(major, ratio, tilt, phase):
+    experiment = BaseShake(frequency=9.0)
+    found = experiment.reduce(orbit(experiment, major, ratio * major, tilt, phase, harmonics=0.1 * major))
+    assert found["major_axis"].value == pytest.approx(2 * major)
+    assert found["minor_axis"].value == pytest.approx(2 * abs(ratio) * major, abs=1e-12)
+    assert found["tilt"].value == pytest.approx(tilt, abs=1e-9)
+    if abs(ratio) > 1e-6:
+        assert found["sense"].value == np.sign(ratio)
+
+
+def test_a_line_has_no_sense_of_travel():
+    experiment = BaseShake()
+    assert experiment.reduce(orbit(experiment, 2e-3, 0.0, 0.4))["sense"].value == 0.0
+
+
+def test_change_between_periods_is_relative_to_the_path():
+    experiment = BaseShake()
+    path = orbit(experiment, 3e-3, 1e-3, 0.0)["markers"]
+    size = np.linalg.norm(path, axis=-1).max()
+    other = path.copy()
+    other[5, 0, 2] += 1e-5
+    assert experiment.change(other, path) == pytest.approx(1e-5 / size)
+    assert experiment.change(path, path) == 0.0
+    assert experiment.change(path, 0 * path) == 1.0
+
+
+def test_the_clamp_rises_smoothly_and_ends_as_the_sine_that_the_record_is_timed_by():
+    experiment = BaseShake(frequency=8.0, ramp_periods=3.0)
+    times = 4 * experiment.period + experiment.times
+    sine = experiment.amplitude * np.sin(2 * np.pi * 8.0 * experiment.times)
+    np.testing.assert_allclose(experiment.base.displacement(times)[:, 2], sine, atol=1e-15)
+    assert not experiment.base.acceleration(np.zeros(1)).any()
+
+
+def test_an_orbit_needs_two_periods_after_the_rise():
+    with pytest.raises(ValidationError, match="two periods after the rise of 5: 6 is too few"):
+        BaseShake(max_periods=6)
+
+
+def test_smooth_shake_is_its_own_derivative():
+    shake, times = SmoothShake((1e-3, 0.0, 2e-3), 7.0, 0.1), np.linspace(0.0, 0.3, 300001)
+    step = times[1]
+    second = np.diff(shake.displacement(times), 2, axis=0) / step**2
+    np.testing.assert_allclose(second, shake.acceleration(times)[1:-1], atol=2e-3)
+    assert not shake.displacement(times)[0].any()

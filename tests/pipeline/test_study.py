@@ -33,6 +33,9 @@ def test_shipped_studies_are_correct(name):
     assert plan.jobs["fea"]
 
 
+DATA = {"campaign": "ring-down", "reference": "fea", "used": ["direction=7deg"]}
+
+
 @pytest.mark.parametrize(
     ("path", "value", "words"),
     [
@@ -46,7 +49,11 @@ def test_shipped_studies_are_correct(name):
         ("campaigns/table/sweep", {"twist": [1]}, "'twist' must start with specimen., experiment. or performer."),
         ("performers/prb-fitted/fit", "none", "performers.prb-fitted.fit: no 'none'; there is modulus, five-hinge"),
         ("performers/prb-published/parameters", {"q": "1 m"}, "performers.prb-published"),
-        ("fits/five-hinge/free", {"q": None}, "fits.five-hinge"),
+        ("fits/five-hinge/free", {"q": None}, "fits.five-hinge.free: topology five-hinge has no parameter 'q'"),
+        ("fits/five-hinge/free", {"k": ["1 m", "2 m"]}, "fits.five-hinge.free: bounds of k: '1 m' has the unit meter"),
+        ("fits/five-hinge/data", [{**DATA, "reference": "fae"}], "fits.five-hinge.data.0.reference: no 'fae'"),
+        ("fits/five-hinge/data", [{**DATA, "uesd": []}], "fits.five-hinge.data.0.uesd: unknown key"),
+        ("performers/fea/mesh/alog", 3, "performers.fea.mesh.alog: unknown key"),
         ("campaigns", ..., "campaigns: Field required"),
         ("study", "a/b", "the name 'a/b' must be letters"),
     ],
@@ -70,7 +77,7 @@ def test_each_fault_is_one_line(path, value, words):
         ),
         ("campaigns/table/sweep", {"specimen.twist": [45]}, "campaigns.table.sweep.specimen.twist: 45 has no unit"),
         ("campaigns/table/sweep", {"specimen.twist": ["1 deg", "1 deg"]}, "twist=1deg stands in it twice"),
-        ("fits/five-hinge/used", ["direction=7deg"], "fits.five-hinge.used: no sample 'direction=7deg'"),
+        ("fits/five-hinge/data", [DATA], "fits.five-hinge.data.0.used: no sample 'direction=7deg'"),
     ],
 )
 def test_faults_of_sweeps_are_found_before_anything_runs(path, value, words):

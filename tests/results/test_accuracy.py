@@ -1,13 +1,14 @@
 import csv
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from lab.experiments import KPRIME_ENTRIES, RingDown, StaticStiffness
 from lab.records import Channel, Record, Scalar, channels
-from results.accuracy import HEADER, Entry, FitUse, against_record, against_scalars, published_ring_down
+from results.accuracy import HEADER, Entry, against_record, against_scalars, published_ring_down, seconds_per_10_s
 from results.tables import from_json, layout, to_csv, to_json, to_markdown
 
 LAB = {name: Scalar(10.0, unit) for name, unit in KPRIME_ENTRIES}
@@ -47,18 +48,26 @@ def test_tracking_rows():
 
 
 @pytest.mark.parametrize(
-    ("fit", "use"),
+    ("seen", "use"),
     [
         (None, "not fitted"),
-        (FitUse("fea", frozenset({"direction=0deg"})), "in sample"),
-        (FitUse("fea", frozenset({"direction=90deg"})), "held out"),
-        (FitUse("virtual-lab", frozenset({"direction=0deg"})), "held out"),
+        (frozenset({("ring-down", "fea", "direction=0deg")}), "in sample"),
+        (frozenset({("ring-down", "fea", "direction=90deg")}), "held out"),
+        (frozenset({("ring-down", "virtual-lab", "direction=0deg")}), "held out"),
+        (frozenset({("other", "fea", "direction=0deg")}), "held out"),
     ],
 )
-def test_what_a_fit_has_seen_is_in_sample(fit, use):
-    rows = list(against_record(swing("chain", 1e-3, "prb", fit), swing("fea", 1e-3)))
+def test_what_a_fit_has_seen_is_in_sample(seen, use):
+    rows = list(against_record(swing("chain", 1e-3, "prb", seen), swing("fea", 1e-3)))
     assert {row.use for row in rows} == {use}
     assert ("*" in layout("t", rows).rows[0][-1]) == (use == "in sample")
+
+
+def test_time_for_ten_seconds():
+    measured = swing("chain", 1e-3, wall=0.59).record  # 59 intervals at 360 Hz
+    assert seconds_per_10_s(measured) == pytest.approx(36.0)
+    assert seconds_per_10_s(replace(measured, how={"seconds_per_10_s": 0.2, "wall_time_s": 1.0})) == 0.2
+    assert math.isnan(seconds_per_10_s(replace(measured, how={})))
 
 
 def test_csv_is_tidy():
