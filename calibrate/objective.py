@@ -174,6 +174,12 @@ class Problem:
             columns.append((ends[0][1] - ends[1][1]) / width if width else np.zeros_like(middle))
         return np.array(columns).T
 
+    def rough(self) -> "Problem":
+        """The same problem, faster and less exact: for a search that ends with this one."""
+        other = copy.copy(self)
+        other.performer = self.performer.rough()
+        return other
+
     def with_references(self, references: Sequence[Array]) -> "Problem":
         """The same problem with other records, one array (rows, columns) per block."""
         other = copy.copy(self)

@@ -20,6 +20,9 @@ _UNITS = {
     "poisson_ratio": ("dimensionless", "dimensionless"), "thickness": ("m", "mm"),
 }  # fmt: skip
 
+#: Steps of a rough PRB run over those of an exact one.
+_COARSER = 3.0
+
 
 class Performer(Protocol):
     """What a fit needs of a model.
@@ -47,6 +50,9 @@ class Performer(Protocol):
 
     def run(self, requests: Sequence[Request]) -> list[Response]:
         """Responses in the order of the requests; None where a run failed."""
+
+    def rough(self) -> "Performer":
+        """A faster performer for a search that something exact ends; itself where there is none."""
 
 
 @dataclass
@@ -89,6 +95,31 @@ class PrbPerformer:
 
             self._batch = Batch(self.model.topology, time_step=self.model.time_step, threads=self.threads)
         return list(self._batch(requests))
+
+    def rough(self) -> Performer:
+        """Longer steps: a third of the time."""
+        model = self.model.model_copy(update={"time_step": _COARSER * self.model.time_step})
+        return _RoughPrb(model, self.threads, _nominal=self._nominal, fine=self)
+
+
+@dataclass
+class _RoughPrb(PrbPerformer):
+    """With longer steps wherever those are stable, exact elsewhere."""
+
+    fine: PrbPerformer | None = None
+
+    def run(self, requests: Sequence[Request]) -> list[Response]:
+        """Roll-outs with long steps; those that fail once more with short ones."""
+        found = super().run(requests)
+        failed = [i for i, response in enumerate(found) if response is None]
+        assert self.fine is not None
+        for place, response in zip(failed, self.fine.run([requests[i] for i in failed]) if failed else [], strict=True):
+            found[place] = response
+        return found
+
+    def rough(self) -> Performer:
+        """Itself."""
+        return self
 
 
 @dataclass
@@ -136,6 +167,10 @@ class FeaPerformer:
 
             self._batch = Batch(self.model, workers=self.workers)
         return list(self._batch(requests))
+
+    def rough(self) -> Performer:
+        """Itself: meshes are the user's choice."""
+        return self
 
 
 def performer_of(model: PrbModel | FeaModel, threads: int = 1) -> Performer:

@@ -113,7 +113,8 @@ class FitResult:
     condition
         Condition number of the residual's derivative by the logarithms of the parameters.
     history
-        Best objective after each generation.
+        Best objective after each generation, or after the starts and each polish, with the search's longer time
+        steps.
     notes
         Plain sentences: bounds reached, parameters not identified, how the search ended.
     targets

@@ -12,6 +12,9 @@ from calibrate.spec import Search
 
 Array = NDArray[np.float64]
 _LARGEST_COUNT = 60
+#: Objective over the best one below which a rough optimum may be the best of the exact problem, and the distance in
+#: the unit cube below which two are the same.
+_RIVAL, _SAME = 1.3, 1e-3
 
 
 @dataclass(frozen=True)
@@ -63,16 +66,16 @@ def evolve(problem: Problem, search: Search) -> Found:
     def remember(intermediate_result: OptimizeResult) -> None:
         history.append(float(intermediate_result.fun))
 
-    count = len(problem.space)
+    count, rough = len(problem.space), problem.rough()
     # The stubs of SciPy do not know vectorized objectives, which return an array.
-    objectives: Any = lambda columns: problem.objectives(columns.T)  # noqa: E731
+    objectives: Any = lambda columns: rough.objectives(columns.T)  # noqa: E731
     found = differential_evolution(
         objectives, Bounds(np.zeros(count), np.ones(count)), popsize=search.population,
         maxiter=search.generations, tol=search.tolerance, rng=np.random.default_rng(search.seed), polish=False,
         vectorized=True, updating="deferred", callback=remember,
     )  # fmt: skip
-    first = _simulated(problem, found.x[None])
-    unit, residual = polish(problem, found.x, first)
+    end = polish(rough, found.x, _simulated(rough, found.x[None]))
+    unit, residual = _exact(problem, rough, [end])
     return Found(unit, residual, tuple(history), bool(found.success))
 
 
@@ -80,20 +83,37 @@ def least_squares_from_starts(problem: Problem, search: Search) -> Found:
     """Least squares from the best of a Latin hypercube, which is simulated in one batch with the nominal point."""
     rng = np.random.default_rng(search.seed)
     starts = np.vstack([problem.start(), latin_hypercube(search.starts, len(problem.space), rng)])
-    residuals = problem.residuals(starts)
+    rough = problem.rough()
+    residuals = rough.residuals(starts)
     sizes = np.nan_to_num(np.linalg.norm(residuals, axis=1), nan=np.inf)
     order = [int(i) for i in np.argsort(sizes, kind="stable")[: search.polished] if np.isfinite(sizes[i])]
     if not order:
         raise ValueError(_NOTHING_RUNS)
     ends, history = [], [float(sizes[order[0]])]
     for i in order:
-        ends.append(polish(problem, starts[i], residuals[i]))
+        ends.append(polish(rough, starts[i], residuals[i]))
         history.append(min(history[-1], float(np.linalg.norm(ends[-1][1]))))
     values = [float(np.linalg.norm(residual)) for _, residual in ends]
-    best = int(np.argmin(values))
+    best = min(values)
     # One start that ends elsewhere is what more starts are for; the best one being met twice is trust.
-    agreed = len(values) == 1 or sum(value <= 1.01 * values[best] for value in values) > 1
-    return Found(*ends[best], tuple(history), agreed)
+    agreed = len(values) == 1 or sum(value <= 1.01 * best for value in values) > 1
+    near = [end for end, value in zip(ends, values, strict=True) if value <= _RIVAL * best]
+    return Found(*_exact(problem, rough, near), tuple(history), agreed)
+
+
+def _exact(problem: Problem, rough: Problem, ends: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Best optimum of the exact problem next to those of the rough one, whose order may differ."""
+    problem.evaluations = rough.evaluations
+    ends = sorted(ends, key=lambda end: float(np.linalg.norm(end[1])))
+    if rough.performer is problem.performer:
+        return ends[0]
+    found: list[tuple[Array, Array]] = []
+    tried: list[Array] = []
+    for unit, _ in ends:
+        if all(np.abs(unit - other).max() > _SAME for other in tried):
+            tried.append(unit)
+            found.append(polish(problem, unit, _simulated(problem, unit[None])))
+    return min(found, key=lambda end: float(np.linalg.norm(end[1])))
 
 
 def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> Array:
@@ -129,28 +149,43 @@ def polish(
     size = float(np.linalg.norm(first))
     if not chosen or size == 0.0:
         return start, first
-    # Tolerances of least_squares are partly absolute: the residual is brought to about 1.
-    scale, known = 1.0 / size, {start[chosen].tobytes(): first}
-
-    def whole(part: Array) -> Array:
-        point = start.copy()
-        point[chosen] = part
-        return point
-
-    def residual(part: Array) -> Array:
-        if part.tobytes() not in known:
-            known[part.tobytes()] = problem.residuals(whole(part)[None])[0]
-        return scale * known[part.tobytes()]
-
-    def derivative(part: Array) -> Array:
-        return scale * problem.derivative(whole(part), chosen)
-
+    part = _Part(problem, start, chosen, 1.0 / size, {start[chosen].tobytes(): first})
+    # Further digits of a parameter cost nothing, or minutes.
+    xtol, ftol = (1e-7, 1e-9) if problem.performer.cheap else (1e-4, 1e-6)
     result = least_squares(
-        residual, start[chosen], jac=derivative, bounds=(0.0, 1.0), xtol=1e-7, ftol=1e-9, gtol=1e-10,
+        part.residual, start[chosen], jac=part.derivative, bounds=(0.0, 1.0), xtol=xtol, ftol=ftol, gtol=1e-10,
         max_nfev=largest_count,
     )  # fmt: skip
-    polished = result.fun / scale
-    return (whole(result.x), polished) if polished @ polished < first @ first else (start, first)
+    polished = result.fun / part.scale
+    return (part.whole(result.x), polished) if polished @ polished < first @ first else (start, first)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A problem along some coordinates through a point.
+
+    Tolerances of SciPy's ``least_squares`` are partly absolute: ``scale`` brings the residual to about 1.
+    """
+
+    problem: Problem
+    point: Array
+    chosen: list[int]
+    scale: float
+    known: dict[bytes, Array]
+
+    def whole(self, part: Array) -> Array:
+        point = self.point.copy()
+        point[self.chosen] = part
+        return point
+
+    def residual(self, part: Array) -> Array:
+        key = part.tobytes()
+        if key not in self.known:
+            self.known[key] = self.problem.residuals(self.whole(part)[None])[0]
+        return self.scale * self.known[key]
+
+    def derivative(self, part: Array) -> Array:
+        return self.scale * self.problem.derivative(self.whole(part), self.chosen)
 
 
 _NOTHING_RUNS = "no candidate of the search could be simulated; narrow the bounds or shorten the time step"

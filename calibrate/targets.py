@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from calibrate.sensors import nuisance_coordinates
 from calibrate.space import Coordinate
 from calibrate.spec import FORCE_ENTRIES, DataSpec
-from lab.experiments import Experiment
+from lab.experiments import BaseShake, Experiment
 from lab.records import Channel, Record, Scalar
 from lab.specimens import Specimen
 
@@ -114,6 +114,11 @@ def check(target: Target) -> None:
         markers, count = record["markers"], len(getattr(experiment, "markers", ()))
         if markers.shape[1:] != (count, 3):
             raise ValueError(f"markers have the shape {markers.shape}; the experiment says (samples, {count}, 3)")
+    if isinstance(experiment, BaseShake) and target.channels and len(record[target.channels[0]]) != experiment.samples:
+        count = len(record[target.channels[0]])
+        raise ValueError(
+            f"{target.channels[0]} has {count} samples; a period of the experiment has {experiment.samples}"
+        )
     for name, scalar in target.scalars().items():
         if not math.isfinite(scalar.value):
             raise ValueError(f"{name} has no value")

@@ -29,7 +29,8 @@ def changed(model: Frozen, path: str, value: Any) -> Any:
     if rest and isinstance(current, Frozen):
         value = changed(current, rest, value)
     elif rest and isinstance(current, dict):
-        value = {**current, rest: _with_unit(value)}
+        # Whole numbers count something: they have no unit.
+        value = {**current, rest: value if isinstance(value, int) else _with_unit(value)}
     elif rest:
         raise ValueError(f"{head!r} has no parameter {rest!r}")
     elif quantity and value is not None:

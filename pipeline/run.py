@@ -93,6 +93,7 @@ def show_results(plan: Plan) -> int:
     pictures = json.loads((folder / "pictures" / "index.json").read_text(encoding="utf-8"))
     print(f"\nreport    {folder}/report.html")
     print(f"table     {folder}/accuracy.csv, {folder}/accuracy.md")
+    print(f"ledger    {folder}/ledger.csv, {folder}/ledger.md (published figures beside ours)")
     print(f"HDF5      {folder}/study.h5; one file per sample in {folder}/fea/ and {folder}/prb/")
     print(f"models    {folder}/mjcf/")
     print(f"pictures  {folder}/pictures/ ({len(pictures['files'])} files)")

@@ -9,6 +9,7 @@ import numpy as np
 
 from prb.declared_parts import (
     DAMPING,
+    FRICTION,
     MOTION,
     STIFFNESS,
     BodySpec,
@@ -57,7 +58,7 @@ class Assembly:
         In one line, for a parent that does not exist or a name that is used twice.
     """
 
-    def __init__(self, bodies: Sequence[BodySpec], tip: TipSpec | None, settings: Mapping[str, int]) -> None:
+    def __init__(self, bodies: Sequence[BodySpec], tip: TipSpec, settings: Mapping[str, int]) -> None:
         parts: list[_Part] = []
         for spec in bodies:
             for index in _indices(spec, settings):
@@ -67,10 +68,11 @@ class Assembly:
         self.parts = [parts[old] for old in order]
         self.parents = [place[part.parent] for part in self.parts]
         names = [part.name for part in parts]
-        if tip and tip.body not in names:
+        if tip.body and tip.body not in names:
             raise ValueError(f"tip: there is no body {tip.body!r}; there are {', '.join(names)}")
-        self.tip_link = place[names.index(tip.body) if tip else len(parts) - 1]
-        self.tip_place = _triple(tip.place, "m") if tip and tip.place else None
+        self.tip_link = place[names.index(tip.body) if tip.body else len(parts) - 1]
+        self.tip_place = _triple(tip.place, "m") if tip.place else None
+        self.tip_face = [read(text, unit) for text, unit in zip(tip.face, ("m", "m", "rad"), strict=True)]
         hinges = [_filled(joint.name, part.index, settings) for part in parts for joint in part.spec.joints]
         ties = [_filled(tie.name, part.index, settings) for part in parts for tie in part.spec.ties]
         tied = [_filled(j, part.index, settings) for part in parts for tie in part.spec.ties for j in tie.joints]
@@ -104,7 +106,8 @@ class Assembly:
             if not (links[-1].mass > 0 and links[-1].length > 0 and links[-1].width > 0 and links[-1].thickness > 0):
                 raise ValueError(f"body {part.name}: {_not_positive(links[-1])} must be positive")
         place = self.tip_place(common) if self.tip_place else None
-        return Mechanism(tuple(links), tip_mass, self.tip_link, place, tuple(ties))
+        width, thickness, angle = (number(common) for number in self.tip_face)
+        return Mechanism(tuple(links), tip_mass, self.tip_link, place, tuple(ties), (width, thickness, angle))
 
 
 def _not_positive(link: Link) -> str:
@@ -178,14 +181,13 @@ def _link_maker(spec: BodySpec) -> Callable[[Known], dict[str, Any]]:
 
 
 def _hinge_maker(joint: JointSpec, name: str) -> Callable[[Known], Hinge]:
-    law, stiffness_units = joint.law, STIFFNESS[joint.kind]
+    law, stiffness_units = joint.spring, STIFFNESS[joint.kind]
     axis = _triple(joint.axis, "1")
-    stiffness = [
-        read(text, unit) for text, unit in zip(law.polynomial or (law.stiffness,), stiffness_units, strict=False)
-    ]
-    damping = [read(text, unit) for text, unit in zip(joint.damping, DAMPING[joint.kind], strict=True)]
+    stiffness = [read(text, unit) for text, unit in zip(law.law, stiffness_units, strict=False)]
+    damping = [read(text, unit) for text, unit in zip(joint.damper, DAMPING[joint.kind], strict=True)]
     rest = read(law.rest, MOTION[joint.kind])
     above, below = (_knee_maker(knee, joint) for knee in (law.above, law.below))
+    friction = read(joint.friction, FRICTION[joint.kind])
     branches = [(read(b.stiffness, stiffness_units[0]), read(b.time, "s")) for b in joint.branches]
 
     def hinge(known: Known) -> Hinge:
@@ -195,7 +197,7 @@ def _hinge_maker(joint: JointSpec, name: str) -> Callable[[Known], Hinge]:
             name, _unit(axis(known), name), k, b, joint.kind, joint.locked_in_motion,
             (higher[0], higher[1]) if higher else (0.0, 0.0), (higher_damping[0], higher_damping[1]), rest(known),
             above(known) if above else None, below(known) if below else None,
-            tuple(Branch(share(known), time(known)) for share, time in branches),
+            tuple(Branch(share(known), time(known)) for share, time in branches), friction(known),
         )  # fmt: skip
         _check(made)
         return made
@@ -205,14 +207,14 @@ def _hinge_maker(joint: JointSpec, name: str) -> Callable[[Known], Hinge]:
 
 def _tie_maker(tie: TieSpec, body: BodySpec, filled: Callable[[str], str]) -> Callable[[Known], Tie]:
     kind, name = kind_of_tie(tie, body), filled(tie.name)
-    springs = [read(text, unit) for text, unit in zip(tie.law, STIFFNESS[kind], strict=False)]
+    springs = [read(text, unit) for text, unit in zip(tie.spring, STIFFNESS[kind], strict=True)]
     shares = [(filled(joint), read(text, "1")) for joint, text in tie.joints.items()]
     damper = read(tie.damper, DAMPING[kind][0])
 
     def make(known: Known) -> Tie:
-        k, *higher = (number(known) for number in springs)
+        k, k2, k3 = (number(known) for number in springs)
         held = tuple((joint, share(known)) for joint, share in shares)
-        return Tie(name, held, k, (higher[0], higher[1]) if higher else (0.0, 0.0), damper(known))
+        return Tie(name, held, k, (k2, k3), damper(known))
 
     return make
 
@@ -225,8 +227,9 @@ def _knee_maker(knee: KneeSpec | None, joint: JointSpec) -> Callable[[Known], Kn
 
 
 def _check(hinge: Hinge) -> None:
-    if hinge.damping < 0:
-        raise ValueError(f"joint {hinge.name}: its damper is negative, {hinge.damping:g}")
+    for name, value in (("damper", hinge.damping), ("friction", hinge.friction)):
+        if value < 0:
+            raise ValueError(f"joint {hinge.name}: its {name} is negative, {value:g}")
     if hinge.above and hinge.above.at < 0:
         raise ValueError(f"joint {hinge.name}: 'above' begins at {hinge.above.at:g}; it must not be negative")
     if hinge.below and hinge.below.at > 0:

@@ -127,7 +127,7 @@ class Declaration(Frozen):
     bodies
         From the clamp to the tip, parents before children.
     tip
-        Where the tip is: the far end of the last body unless said.
+        Where the tip is: the far end of the last body unless said; and the face that carries the tip's mass.
     """
 
     name: str
@@ -137,7 +137,7 @@ class Declaration(Frozen):
     parameters: dict[str, ParameterSpec]
     define: dict[str, Written] = Field(default_factory=dict)
     bodies: tuple[BodySpec, ...] = Field(min_length=1)
-    tip: TipSpec | None = None
+    tip: TipSpec = TipSpec()
 
     @model_validator(mode="after")
     def _is_sound(self) -> Self:
@@ -181,8 +181,10 @@ class Declaration(Frozen):
                 yield f"bodies.{body.name}.{where}", written, unit, set(inside)
                 if where.startswith("define."):
                     inside.add(where.removeprefix("define."))
-        for i, written in enumerate((self.tip and self.tip.place) or ()):
+        for i, written in enumerate(self.tip.place or ()):
             yield f"tip.place.{i}", written, "m", known
+        for name, written, unit in zip(("width", "thickness", "angle"), self.tip.face, ("m", "m", "rad"), strict=True):
+            yield f"tip.{name}", written, unit, known
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -237,7 +239,7 @@ class Declaration(Frozen):
         known = environment(numbers)
         for name, written in self.define.items():
             numbers[name] = known[name] = read(written, "1")(known)
-        return self.assembly.build(numbers, specimen.tip_mass)
+        return self.assembly.build(numbers, specimen.tip_mass if self.tip.carries else 0.0)
 
 
 def checked(document: Any, source: str) -> Declaration:

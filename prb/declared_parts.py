@@ -5,14 +5,22 @@ of its material, and what ``define`` names.
 """
 
 import re
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from lab.materials import Frozen
 from prb.expressions import Written, read
 
 Triple = tuple[Written, Written, Written]
+
+
+def _coefficients(written: Any) -> Any:
+    return (written, 0.0, 0.0) if isinstance(written, str | float | int) else written
+
+
+#: Coefficients of x, x^2 and x^3; a number alone is the first.
+Polynomial = Annotated[Triple, BeforeValidator(_coefficients, json_schema_input_type=Written | Triple)]
 _SI = {"m", "kg", "s", "N", "Pa", "J", "W", "Hz", "K", "rad"}
 #: SI units of a spring's k, k2, k3 and of a damper's b, b2, b3, for each kind of joint.
 STIFFNESS = {"rotation": ("N*m/rad", "N*m/rad^2", "N*m/rad^3"), "slide": ("N/m", "N/m^2", "N/m^3")}
@@ -20,6 +28,7 @@ DAMPING = {
     "rotation": ("N*m*s/rad", "N*m*s^2/rad^2", "N*m*s^3/rad^3"),
     "slide": ("N*s/m", "N*s^2/m^2", "N*s^3/m^3"),
 }
+FRICTION = {"rotation": "N*m", "slide": "N"}
 MOTION = {"rotation": "rad", "slide": "m"}
 
 
@@ -80,22 +89,33 @@ class KneeSpec(Frozen):
 
 
 class SpringSpec(Frozen):
-    """Spring: stiffness k, or polynomial [k, k2, k3] of x = q - rest; knees make it bilinear.
+    """Spring: ``stiffness`` k, or ``polynomial`` [k, k2, k3] of x = q - rest; knees make it bilinear.
 
-    ``above`` changes the slope for larger x (its ``at`` >= 0), ``below`` for smaller x (its ``at`` <= 0).
+    ``above`` changes the slope for larger x (its ``at`` >= 0), ``below`` for smaller x (its ``at`` <= 0).  A number
+    alone is k.
     """
 
-    stiffness: Written = "0"
-    polynomial: tuple[Written, Written, Written] | None = None
+    stiffness: Written | None = None
+    polynomial: Triple | None = None
     rest: Written = 0.0
     above: KneeSpec | None = None
     below: KneeSpec | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _in_full(cls, data: Any) -> Any:
+        return {"stiffness": data} if isinstance(data, str | float | int) else data
+
     @model_validator(mode="after")
     def _one_law(self) -> Self:
-        if self.polynomial and ("stiffness" in self.model_fields_set or self.above or self.below):
+        if self.polynomial and (self.stiffness is not None or self.above or self.below):
             raise ValueError("a polynomial spring has neither 'stiffness' nor knees")
         return self
+
+    @property
+    def law(self) -> tuple[Written, ...]:
+        """k, or k, k2 and k3."""
+        return self.polynomial or ("0" if self.stiffness is None else self.stiffness,)
 
 
 class BranchSpec(Frozen):
@@ -106,44 +126,32 @@ class BranchSpec(Frozen):
 
 
 class JointSpec(Frozen):
-    """Joint at the proximal end of a body; ``spring`` and ``damper`` may be a number alone: the linear law."""
+    """Joint at the proximal end of a body."""
 
     name: str
     kind: Literal["rotation", "slide"] = "rotation"
     axis: Triple
-    spring: Written | SpringSpec = "0"
-    #: b, or the polynomial [b, b2, b3] of b v + b2 v |v| + b3 v^3.
-    damper: Written | tuple[Written, Written, Written] = "0"
+    spring: SpringSpec = SpringSpec()
+    #: The polynomial [b, b2, b3] of b v + b2 v |v| + b3 v^3; a number alone is b.
+    damper: Polynomial = (0.0, 0.0, 0.0)
     branches: tuple[BranchSpec, ...] = ()
+    #: Dry friction: moment or force below which the joint sticks in motion.
+    friction: Written = 0.0
     #: Gives way in static experiments only.
     locked_in_motion: bool = False
-
-    @property
-    def law(self) -> SpringSpec:
-        """The spring in full."""
-        return self.spring if isinstance(self.spring, SpringSpec) else SpringSpec(stiffness=self.spring)
-
-    @property
-    def damping(self) -> Triple:
-        """b, b2 and b3."""
-        return self.damper if isinstance(self.damper, tuple) else (self.damper, 0.0, 0.0)
 
 
 class TieSpec(Frozen):
     """Spring between joints: it resists L, the sum of each joint's share times its coordinate.
 
-    ``spring`` is k, or the polynomial [k, k2, k3] of L; it is in the unit of rotations unless a joint is a slide.
+    ``spring`` is the polynomial [k, k2, k3] of L, a number alone is k; it is in the unit of rotations unless a joint
+    is a slide.
     """
 
     name: str
     joints: dict[str, Written] = Field(min_length=1)
-    spring: Written | tuple[Written, Written, Written]
-    damper: Written = "0"
-
-    @property
-    def law(self) -> tuple[Written, ...]:
-        """k, or k, k2 and k3."""
-        return self.spring if isinstance(self.spring, tuple) else (self.spring,)
+    spring: Polynomial
+    damper: Written = 0.0
 
 
 class ShapeSpec(Frozen):
@@ -176,10 +184,23 @@ class BodySpec(Frozen):
 
 
 class TipSpec(Frozen):
-    """Body that ends in the specimen's tip, and where (its far end when left out); tip_mass sits there."""
+    """Body that ends in the specimen's tip (the last one when left out), and where (its far end); tip_mass sits there.
 
-    body: str
+    The mass is glued to the tip face, a rectangle of these sides whose width stands at ``angle`` from +y about +x in
+    the body's frame; unless ``carries`` is false, for a declaration that has ``tip_mass`` in a body of its own.
+    """
+
+    body: str = ""
     place: Triple | None = None
+    width: Written = "width"
+    thickness: Written = "thickness"
+    angle: Written = "root_angle + twist"
+    carries: bool = True
+
+    @property
+    def face(self) -> Triple:
+        """Width, thickness and angle."""
+        return self.width, self.thickness, self.angle
 
 
 def written_numbers(body: BodySpec) -> list[tuple[str, Written, str]]:
@@ -194,7 +215,7 @@ def written_numbers(body: BodySpec) -> list[tuple[str, Written, str]]:
     for tie in body.ties:
         kind = kind_of_tie(tie, body)
         found += [(f"ties.{tie.name}.joints.{joint}", text, "1") for joint, text in tie.joints.items()]
-        found += [(f"ties.{tie.name}.spring", t, unit) for t, unit in zip(tie.law, STIFFNESS[kind], strict=False)]
+        found += [(f"ties.{tie.name}.spring", t, unit) for t, unit in zip(tie.spring, STIFFNESS[kind], strict=True)]
         found += [(f"ties.{tie.name}.damper", tie.damper, DAMPING[kind][0])]
     return found
 
@@ -206,12 +227,12 @@ def kind_of_tie(tie: TieSpec, body: BodySpec) -> Literal["rotation", "slide"]:
 
 
 def _joint_numbers(joint: JointSpec) -> list[tuple[str, Written, str]]:
-    law, stiffness, motion = joint.law, STIFFNESS[joint.kind], MOTION[joint.kind]
+    law, stiffness, motion = joint.spring, STIFFNESS[joint.kind], MOTION[joint.kind]
     found = [(f"axis.{i}", text, "1") for i, text in enumerate(joint.axis)]
-    springs = law.polynomial or (law.stiffness,)
-    found += [("spring", text, unit) for text, unit in zip(springs, stiffness, strict=False)]
+    found += [("spring", text, unit) for text, unit in zip(law.law, stiffness, strict=False)]
     found += [("spring.rest", law.rest, motion)]
-    found += [("damper", text, unit) for text, unit in zip(joint.damping, DAMPING[joint.kind], strict=True)]
+    found += [("damper", text, unit) for text, unit in zip(joint.damper, DAMPING[joint.kind], strict=True)]
+    found += [("friction", joint.friction, FRICTION[joint.kind])]
     for name, knee in (("above", law.above), ("below", law.below)):
         if knee:
             found += [

@@ -49,7 +49,8 @@ def torsion_constant(width: float, thickness: float) -> float:
 
 
 FUNCTIONS: Mapping[str, Any] = {
-    "sin": math.sin, "cos": math.cos, "sqrt": math.sqrt, "abs": abs, "min": min, "max": max, "pi": math.pi,
+    "sin": math.sin, "cos": math.cos, "exp": math.exp, "sqrt": math.sqrt, "abs": abs, "min": min, "max": max,
+    "pi": math.pi,
     "gauss_node": gauss_node, "gauss_weight": gauss_weight, "torsion_constant": torsion_constant,
 }  # fmt: skip
 

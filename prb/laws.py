@@ -5,17 +5,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_HIDDEN = " branch "
-
-
-def hidden_name(joint: str, number: int) -> str:
-    """Name of the hidden joint and of the tendon of a branch."""
-    return f"{joint}{_HIDDEN}{number}"
-
-
-def is_hidden(name: str) -> bool:
-    """Whether a joint is the hidden one of a branch."""
-    return _HIDDEN in name
 
 
 class Laws:
@@ -41,13 +30,14 @@ class Laws:
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        hidden = [i for i in range(model.njnt) if is_hidden(model.joint(i).name)]
-        self.count = model.nq - len(hidden)
+        # Every link is drawn; the flywheels of hidden joints are not.
+        hidden = int((model.body_geomnum[1:] == 0).sum())
+        self.count = model.nq - hidden
         self.stiffness: Array = model.jnt_stiffness[: self.count].copy()
         self.rest: Array = model.qpos_spring[: self.count].copy()
         self.higher: Array = model.jnt_stiffnesspoly[: self.count].copy()
         self._polynomial = bool(self.higher.any())
-        ties = model.ntendon - len(hidden)
+        ties = model.ntendon - hidden
         shares = _shares(model)
         self._shares: Array = shares[:ties, : self.count]
         self._slack: Array = model.tendon_lengthspring[:ties].copy()
@@ -97,7 +87,7 @@ class Laws:
         return np.concatenate([joints, joints[..., self.relaxing]], axis=-1) if len(self.relaxing) else joints
 
     def stiffness_matrices(self, joints: Array) -> list[Array]:
-        """Tangents at a posture, at its mirror image and with slack springs, hidden joints included, (joints, joints)."""
+        """Tangents with slack springs, at a posture and at its mirror image, hidden joints included."""
         nonlinear = self._polynomial or len(self._tied)
         return [
             self._with_branches(self.tangent(self.rest + share * (joints - self.rest)))

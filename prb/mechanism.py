@@ -59,6 +59,8 @@ class Hinge:
         Knee at x >= 0 for larger x, and at x <= 0 for smaller x.
     branches
         Maxwell branches, relaxed in every static state.
+    friction
+        Dry friction: moment (N*m) or force (N) below which the joint sticks in motion; static states have none.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Hinge:
     above: Knee | None = None
     below: Knee | None = None
     branches: tuple[Branch, ...] = ()
+    friction: float = 0.0
 
     @property
     def structure(self) -> Hashable:
@@ -149,7 +152,10 @@ class Mechanism:
         Every link after its parent, branch by branch: a link hangs on the one before or on one of that one's
         ancestors, which is the order of the simulator.
     tip_mass
-        Point mass at the tip, kg.
+        Mass at the tip, kg.
+    tip_face
+        Rectangle over which the tip's mass is spread, square to x: width and thickness (m), and the angle of the
+        width from +y about +x in the frame of the tip's link (rad).  A point unless given.
     ties
         Springs between joints.
     tip_link, tip_place
@@ -161,6 +167,7 @@ class Mechanism:
     tip_link: int | None = None
     tip_place: Vector | None = None
     ties: tuple[Tie, ...] = ()
+    tip_face: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:

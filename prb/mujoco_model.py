@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from prb.laws import hidden_name
 from prb.mechanism import CLAMP, Branch, Hinge, Knee, Link, Mechanism, Vector
 
 Array = NDArray[np.float64]
@@ -19,8 +19,21 @@ _JOINT_TYPES = {"rotation": mujoco.mjtJoint.mjJNT_HINGE, "slide": mujoco.mjtJoin
 _FAR = 1e6
 #: Inertia of a hidden joint over stiffness * time^2 of its branch: its own motion is that much faster.
 _LIGHT = 1e-4
+#: Time (s) and damping ratio with which dry friction brings a joint to rest below its limit.
+_STICKS = (0.004, 1.0)
 #: Mass of a hidden body, which turns about its centre, kg.
 _HIDDEN_MASS = 1e-9
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Keep MuJoCo from writing a log file: what it warns of is found and reported by us."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def build_spec(mechanism: Mechanism, markers: Sequence[Vector] = (), time_step: float = 0.25e-3) -> mujoco.MjSpec:
@@ -74,6 +87,7 @@ def _add_link(parent: mujoco.MjsBody, mechanism: Mechanism, number: int) -> mujo
         joint = body.add_joint(name=hinge.name, type=_JOINT_TYPES[hinge.kind], axis=hinge.axis)
         joint.stiffness, joint.springref = [hinge.stiffness, *hinge.higher], hinge.rest
         joint.damping = [hinge.damping, *hinge.higher_damping]
+        joint.frictionloss, joint.solref_friction = hinge.friction, _STICKS
     # The box is there to be looked at: mass and inertia are explicit, because of the point mass.
     size = [link.length / 2.0, link.width / 2.0, link.thickness / 2.0]
     body.add_geom(
@@ -108,7 +122,7 @@ def _knees(mechanism: Mechanism) -> Iterator[tuple[Hinge, Knee, bool]]:
 def _branches(mechanism: Mechanism) -> Iterator[tuple[str, Hinge, Branch]]:
     for hinge in mechanism.hinges:
         for number, branch in enumerate(hinge.branches):
-            yield hidden_name(hinge.name, number), hinge, branch
+            yield f"{hinge.name} branch {number}", hinge, branch
 
 
 @dataclass(frozen=True)
@@ -174,32 +188,34 @@ def _turn_about_x(angle: float) -> list[float]:
 
 def _inertial(mechanism: Mechanism, number: int) -> tuple[float, Vector, Any, Any]:
     """Mass (kg), its centre in the link's frame (m), moments of inertia there (kg*m^2), and their axes."""
-    link, (tip_link, tip) = mechanism.links[number], mechanism.tip
-    end_mass = mechanism.tip_mass if number == tip_link else 0.0
+    link = mechanism.links[number]
     x2, y2, z2 = (side**2 * link.mass / 12.0 for side in (link.length, link.width, link.thickness))
-    if tip[1] == tip[2] == 0.0 or not end_mass:
-        mass = link.mass + end_mass
-        centre = (link.mass * link.length / 2.0 + end_mass * tip[0]) / mass
-        swing = link.mass * (link.length / 2.0 - centre) ** 2 + end_mass * (tip[0] - centre) ** 2
-        inertia = (y2 + z2, x2 + z2 + swing, x2 + y2 + swing)
-        return mass, (centre, 0.0, 0.0), inertia, _turn_about_x(link.angle)
-    return _off_axis_inertial(link, (y2 + z2, x2 + z2, x2 + y2), end_mass, np.array(tip))
+    if mechanism.tip_mass and number == mechanism.tip[0]:
+        return _with_tip(link, (y2 + z2, x2 + z2, x2 + y2), mechanism)
+    return link.mass, (link.length / 2.0, 0.0, 0.0), (y2 + z2, x2 + z2, x2 + y2), _turn_about_x(link.angle)
 
 
-def _off_axis_inertial(link: Link, moments: Vector, end_mass: float, tip: Array) -> tuple[float, Vector, Array, Array]:
-    cosine, sine = np.cos(link.angle), np.sin(link.angle)
-    turn = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
-    middle = np.array([link.length / 2.0, 0.0, 0.0])
-    mass = link.mass + end_mass
-    centre = (link.mass * middle + end_mass * tip) / mass
-    total = turn @ np.diag(moments) @ turn.T
-    for share, arm in ((link.mass, middle - centre), (end_mass, tip - centre)):
-        total += share * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+def _with_tip(link: Link, moments: Vector, mechanism: Mechanism) -> tuple[float, Vector, Array, Array]:
+    """``_inertial`` of the link that carries the tip's mass, a thin plate."""
+    (width, thickness, angle), tip_mass = mechanism.tip_face, mechanism.tip_mass
+    plate = np.array([width**2 + thickness**2, thickness**2, width**2]) * tip_mass / 12.0
+    tip, middle = np.array(mechanism.tip[1]), np.array([link.length / 2.0, 0.0, 0.0])
+    mass = link.mass + tip_mass
+    centre = (link.mass * middle + tip_mass * tip) / mass
+    total = np.zeros((3, 3))
+    for share, values, turned, place in ((link.mass, moments, link.angle, middle), (tip_mass, plate, angle, tip)):
+        turn, arm = _matrix_about_x(turned), place - centre
+        total += turn @ np.diag(values) @ turn.T + share * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     principal, axes = np.linalg.eigh(total)
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     quaternion = np.empty(4)
     mujoco.mju_mat2Quat(quaternion, axes.ravel())
     return mass, tuple(centre.tolist()), principal, quaternion
+
+
+def _matrix_about_x(angle: float) -> Array:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
 
 
 def compile_mechanism(
@@ -254,7 +270,8 @@ def write_mechanism(
         model.tendon_damping[:] = [t.damping for t in tendons]
         model.wrap_prm[:] = [share for t in tendons for _, share in t.shares]
     model.site_pos[:] = list(_sites(mechanism, markers).values())
-    mujoco.mj_setConst(model, data)
+    with silence():
+        mujoco.mj_setConst(model, data)
 
 
 def _write_hinges(model: mujoco.MjModel, hinges: Sequence[Hinge]) -> None:
@@ -262,6 +279,7 @@ def _write_hinges(model: mujoco.MjModel, hinges: Sequence[Hinge]) -> None:
     model.jnt_axis[:count] = [hinge.axis for hinge in hinges]
     model.jnt_stiffness[:count] = [hinge.stiffness for hinge in hinges]
     model.dof_damping[:count] = [hinge.damping for hinge in hinges]
+    model.dof_frictionloss[:count] = [hinge.friction for hinge in hinges]
     model.qpos_spring[:count] = [hinge.rest for hinge in hinges]
     model.jnt_stiffnesspoly[:count] = [hinge.higher for hinge in hinges]
     model.dof_dampingpoly[:count] = [hinge.higher_damping for hinge in hinges]

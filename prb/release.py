@@ -12,6 +12,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from prb.laws import Laws
+from prb.mujoco_model import silence
 
 Array = NDArray[np.float64]
 #: Slack for a sampling interval that is a whole number of steps up to rounding.
@@ -122,7 +123,7 @@ def roll(
     models: Sequence[mujoco.MjModel], data: Sequence[mujoco.MjData], begin: Array, steps: int, **control: Any
 ) -> tuple[Array, Array]:
     """States (n, steps, size) after and sensors (n, steps, sensors) before each step, from ``begin`` (n, size)."""
-    with _silence(), rollout.Rollout(nthread=len(data) if len(data) > 1 else 0) as pool:
+    with silence(), rollout.Rollout(nthread=len(data) if len(data) > 1 else 0) as pool:
         states, sensors = pool.rollout(list(models), list(data), begin, nstep=steps, **control)
     return states, sensors
 
@@ -171,14 +172,3 @@ def refusal(model: mujoco.MjModel, data: mujoco.MjData | None = None) -> str:
         "the inertia of the joints is singular: parallel hinges at one place (R1 and R2 of an untwisted beam) "
         "cannot move independently, so the free motion is not defined"
     )
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keep MuJoCo from writing a log file for each run that blows up: such runs are reported as not completed."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)

@@ -167,6 +167,11 @@ class Chain:
         return (float(np.linalg.norm(load.force)) + mass) * self.length
 
 
+def is_sprung(chain: Chain) -> bool:
+    """Whether every joint is held by a spring at rest."""
+    return bool(np.linalg.eigvalsh(chain.laws.tangent(chain.slack))[0] > 0.0)
+
+
 def tip_compliance(chain: Chain) -> tuple[Array, int]:
     """Compliance of the tip at rest and its rank.
 

@@ -3,16 +3,21 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from calibrate.parametric_fit import ParametricResult, fit_parametric
 from calibrate.spec import ParametricFit
+from lab.fields import number_at, with_numbers
 from lab.fields import shown as field_shown
-from lab.fields import with_numbers
 from lab.records import Record
 from lab.specimens import Specimen
 from pipeline.plan import Plan
 from pipeline.stages.fit import model_of, targets_of
 from pipeline.study import PrbPerformer
 from results.tables import shown
+
+#: Places at which curves are sampled for figures.
+_PLACES = 61
 
 
 def parametric(plan: Plan, name: str, records: Mapping[str, Record], threads: int) -> dict[str, Any]:
@@ -25,7 +30,19 @@ def parametric(plan: Plan, name: str, records: Mapping[str, Record], threads: in
     found = fit_parametric(spec, model, used, held_out, threads)
     specimen = used[0].specimen
     tables = [_curves(found, specimen), _left_out(found, specimen)]
-    return {**found.to_json(), "tables": tables}
+    return {**found.to_json(), "tables": tables, "sampled": _sampled(found, specimen)}
+
+
+def _sampled(found: ParametricResult, specimen: Specimen) -> dict[str, Any] | None:
+    """The curves over the range of a single design variable, for figures; None for several."""
+    if len(found.model.design) > 1:
+        return None
+    (name,) = found.model.design
+    ends = [point[0] for point in found.model.points]
+    places = np.linspace(min(ends), max(ends), _PLACES)
+    rows = [found.model.predict(with_numbers(specimen, {name: float(place)})).values for place in places]
+    curves = {curve.name: [row[curve.name] for row in rows] for curve in found.model.curves}
+    return {"design": name, "unit": number_at(specimen, name)[1], "places": places.tolist(), "curves": curves}
 
 
 def _design(values: Mapping[str, float], specimen: Specimen) -> str:

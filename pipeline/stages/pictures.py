@@ -60,6 +60,12 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> list[tuple[Path, s
         if fit.get("profiles"):
             path = figures.fit_profiles(name, fit, folder / f"fit_{name}.png")
             drawn.append((path, f"fit {name}: profile likelihoods and correlations of the parameters"))
+        if fit.get("sampled"):
+            path = figures.parameter_curves(name, fit, folder / f"fit_{name}.png")
+            drawn.append((path, f"fit {name}: parameters over the designs"))
+        if fit.get("spreads"):
+            path = figures.model_spread(name, fit, folder / f"fit_{name}.png")
+            drawn.append((path, f"fit {name}: how the models differ, beside what each claims to know"))
     return drawn
 
 

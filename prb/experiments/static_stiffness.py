@@ -13,10 +13,11 @@ from lab.specimens import Specimen
 from prb.experiments.common import DOFS, heading, how
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
-from prb.statics import Chain, Held, NotConverged, move, tip_compliance
+from prb.statics import Chain, Held, NotConverged, is_sprung, move, tip_compliance
 
 Array = NDArray[np.float64]
 _RIGID_MOTIONS = 6
+_LOOSE = "a joint has no spring at rest, so the tip has no stiffness; give every joint a spring"
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,10 @@ def static_stiffness(specimen: Specimen, experiment: StaticStiffness, model: Prb
     """
     chain = Chain(compile_mechanism(model.mechanism(specimen)))
     begin = perf_counter()
-    compliance, rank = tip_compliance(chain)
     head = heading(specimen, experiment, model)
+    if not is_sprung(chain):
+        return Record(**head, how=how(specimen, model, perf_counter() - begin), status="unsupported", reason=_LOOSE)
+    compliance, rank = tip_compliance(chain)
     head["scalars"] = {"rank": Scalar(float(rank), "1", "rank of the tip compliance")}
     common = {"tip_compliance": _matrix("tip_compliance", compliance, "m/N, rad/N, rad/(N*m)", "wrench_dof")}
     if reason := _refusal(rank):
@@ -60,7 +63,7 @@ def static_stiffness(specimen: Specimen, experiment: StaticStiffness, model: Prb
 
 def held_tip(chain: Chain, experiment: StaticStiffness) -> tuple[dict[str, Array], str]:
     """``leg``, ``motion`` and ``wrench`` of all legs, or why they do not exist."""
-    if reason := _refusal(tip_compliance(chain)[1]):
+    if reason := _refusal(tip_compliance(chain)[1]) if is_sprung(chain) else _LOOSE:
         return {}, reason
     rig = 0.0 if experiment.rig_stiffness is None else 1.0 / experiment.rig_stiffness
     rows, outcome = _sweep(chain, experiment, rig)

@@ -1,4 +1,4 @@
-"""Fits from specification to result: scores, notes, joint data, and the PRB that has to be found again."""
+"""Fits from specification to result: scores, notes, nuisances, joint data."""
 
 import json
 from dataclasses import replace
@@ -6,13 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import prb
-from calibrate.fitting import fit, fit_performer, target
+from calibrate.fitting import fit_performer
 from calibrate.spec import DataSpec, Fit, Search
 from lab.experiments import RingDown, StaticStiffness
 from lab.measures import TRACKING_ERROR_DEFINITION, tracking_error, tracking_rms
-from lab.specimens import TwistedBeam
-from prb.model import PrbModel
 
 NOISE = 1e-4
 DATA = DataSpec(campaign="c", reference="lab", used=["a"])
@@ -22,9 +19,6 @@ LOCAL = Search(method="least-squares", starts=12)
 def spec(free, data=DATA, **changes) -> Fit:
     bounds = free if isinstance(free, dict) else dict.fromkeys(free)
     return Fit(model="m", free=bounds, data=[data], **{"search": LOCAL, "advice": False, **changes})
-
-
-# --- with the oscillator ---
 
 
 def test_scores_are_those_of_the_fitted_model(bench):
@@ -111,93 +105,3 @@ def test_a_failing_held_out_record_is_a_hole_and_not_the_end(bench):
     assert np.isnan(result.targets[1].error)
     assert result.targets[1].note == "the model could not perform it"
     json.dumps(result.to_json(), allow_nan=False)
-
-
-# --- with pseudo-rigid-body models ---
-
-BEAM = TwistedBeam(mass=0.00517)
-FIVE = PrbModel(topology="five-hinge", time_step=1e-3)
-CHAIN = PrbModel(topology="gauss-chain", time_step=1e-3)
-HINGES = {"k": 0.45, "b": 0.0022, "l2": 0.019}
-MATERIAL = {"E": 65e6, "GJ": 5e-3, "tau": 3e-3, "tau_t": 2e-3}
-
-
-def made(name, experiment, model, truth, seed=None, data=DATA, specimen=BEAM):
-    record = prb.perform(specimen, experiment, model.model_copy(update={"parameters": truth}))
-    assert record.completed
-    if seed is not None:
-        clean = record.channels["markers"]
-        noise = NOISE * np.random.default_rng(seed).standard_normal(clean.values.shape)
-        record = replace(record, channels={**record.channels, "markers": replace(clean, values=clean.values + noise)})
-    return target(name, specimen, experiment, record, data)
-
-
-def ring(direction=0.0, **changes) -> RingDown:
-    return RingDown(direction=direction, duration=0.15, **changes)
-
-
-@pytest.fixture(scope="module")
-def hinged():
-    return [made("y", ring(), FIVE, HINGES, 1), made("z", ring(np.pi / 2), FIVE, HINGES, 2)]
-
-
-@pytest.fixture(scope="module")
-def result(hinged):
-    return fit(spec(HINGES.keys()), FIVE, hinged, threads=2)
-
-
-def test_k_b_and_l2_come_back(result):
-    for parameter in result.parameters:
-        assert 0 < parameter.standard_error < 0.02 * parameter.value
-        assert abs(parameter.value - HINGES[parameter.name]) < 4 * parameter.standard_error
-    assert result.values()["k"] == pytest.approx(HINGES["k"], rel=5e-3)
-    assert result.objective == pytest.approx(np.sqrt(3) * NOISE, rel=0.1)
-    assert 1 < result.condition < 100
-
-
-def test_threads_and_method_do_not_change_the_answer(hinged, result):
-    again = fit(spec(HINGES.keys()), FIVE, hinged, threads=1)
-    assert again.values() == result.values()
-    assert again.history == result.history
-    evolved = fit(spec(HINGES.keys(), search=Search(population=6, generations=12)), FIVE, hinged, threads=2)
-    assert evolved.values() == pytest.approx(result.values(), rel=1e-4)
-
-
-def test_a_second_direction_is_advised_for_the_place_of_the_hinges():
-    # One marker at the tip and a release along y say little about l2; the tool finds what would.
-    alone = made("y", ring(markers=((0.0, 0.0, 0.0),)), FIVE, HINGES, 1)
-    result = fit(spec(HINGES.keys(), advice=True), FIVE, [alone], threads=2)
-    errors = {p.name: p.standard_error / p.value for p in result.parameters}
-    assert max(errors, key=errors.get) == "l2"
-    assert result.advice[0].worst == "l2"
-    words = [advice.experiment for advice in result.advice]
-    assert any("along z" in text or "diagonal" in text for text in words)
-
-
-def test_static_stiffness_and_ring_down_are_fitted_jointly():
-    off_axis = ring(load_place=(0.0, 0.0, 0.01))
-    used = [
-        made("ring", off_axis, CHAIN, MATERIAL, 1),
-        made("static", StaticStiffness(increments=2), CHAIN, MATERIAL),
-    ]
-    held = [made("z", ring(np.pi / 2), CHAIN, MATERIAL, 2)]
-    search = Search(method="least-squares", starts=6, polished=1)
-    result = fit(spec(MATERIAL.keys(), objective="relative", search=search), CHAIN, used, held, threads=2)
-    for parameter in result.parameters:
-        assert abs(parameter.value - MATERIAL[parameter.name]) < 4 * parameter.standard_error
-        assert parameter.identified
-    assert result.values()["E"] == pytest.approx(MATERIAL["E"], rel=0.01)
-    assert result.targets[1].error < 0.01
-    assert result.targets[2].rms == pytest.approx(np.sqrt(3) * NOISE, rel=0.15)
-
-
-def test_torsion_needs_a_release_off_the_axis_and_the_tool_says_so():
-    # In its flat plane, an untwisted beam is bent and never turned.
-    flat = TwistedBeam(twist=0.0, mass=0.00517)
-    used = [made("z", ring(np.pi / 2), CHAIN, MATERIAL, 1, specimen=flat)]
-    result = fit(spec(MATERIAL.keys(), advice=True), CHAIN, used, threads=2)
-    known = {p.name for p in result.parameters if p.identified}
-    assert known == {"E", "tau"}
-    assert result.advice[0].experiment.startswith("An off-axis release")
-    assert result.advice[0].worst in ("GJ", "tau_t")
-    assert result.advice[0].sentence in result.notes

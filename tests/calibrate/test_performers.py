@@ -71,3 +71,18 @@ def test_fea_runs_in_memory():
     ring = RingDown(duration=0.02, rate=100.0)
     soft, stiff = performer.run([performer.request(BEAM, ring, {"youngs_modulus": e}) for e in (30e6, 60e6)])
     assert np.linalg.norm(soft["markers"][0]) > 1.5 * np.linalg.norm(stiff["markers"][0])
+
+
+def test_rough_runs_are_nearly_right_and_exact_where_long_steps_fail():
+    performer = performer_of(PrbModel(topology="gauss-chain", time_step=0.5e-3))
+    ring = RingDown(duration=0.05)
+    fine, rough = (p.run([performer.request(BEAM, ring, {})])[0] for p in (performer, performer.rough()))
+    miss = np.linalg.norm(fine["markers"] - rough["markers"]) / np.linalg.norm(fine["markers"])
+    assert 0 < miss < 0.1
+    # Hardly damped and stiff: long steps are not stable, short ones are.
+    stiff = performer_of(PrbModel(topology="gauss-chain", time_step=0.05e-3))
+    request = stiff.request(BEAM, RingDown(duration=0.01), {"tau": 1e-5, "tau_t": 1e-5})
+    long = performer_of(PrbModel(topology="gauss-chain", time_step=0.15e-3)).run([request])
+    assert long == [None]
+    (exact,), (again,) = stiff.run([request]), stiff.rough().run([request])
+    assert np.array_equal(exact["markers"], again["markers"])

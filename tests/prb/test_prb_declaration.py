@@ -102,6 +102,13 @@ def test_branches_of_the_tree_are_put_in_the_simulator_s_order():
     assert len(fewer.build(BEAM, fewer.values(BEAM, {})).links) == 5
 
 
+def test_a_weight_may_hang_on_a_body_of_its_own():
+    heavy = TwistedBeam(tip_mass=0.1)
+    for carries, expected in ((True, 0.1), (False, 0.0)):
+        declared = checked(altered(lambda d, c=carries: d.update(tip={"carries": c})), "test")
+        assert declared.build(heavy, declared.values(heavy, {})).tip_mass == expected
+
+
 def parameter(**changes) -> dict:
     return altered(lambda d: d["parameters"]["k"].update(changes))
 
@@ -136,6 +143,8 @@ def without_unit(document) -> None:
         ),
         (joint(spring={"polynomial": ["k", 0, 0], "stiffness": "k"}), "a polynomial spring has neither"),
         (joint(spring={"stiffness": "k", "above": {"at": "-1 deg", "stiffness": "k"}}), "'above' begins at -0.0174533"),
+        (joint(friction="-1 N*m"), "joint middle: its friction is negative, -1"),
+        (joint(friction="1 N"), "bodies.far.joints.middle.friction: '1 N' has the unit newton; expected one like N*m"),
         (joint(kind="ball"), "Input should be 'rotation' or 'slide'"),
         (joint(stiffness="k"), "Extra inputs are not permitted"),
         (body(mass="beam_mass - 1 "), "body far: mass -0.99637 kg must be positive"),

@@ -1,15 +1,18 @@
 """Springs, dampers and branches: closed forms, the simulator's own forces, and direct integrations."""
 
+import dataclasses
+
 import mujoco
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from lab.measures import tracking_error
 from prb.laws import Laws
-from prb.mechanism import CLAMP, Branch, Hinge, Knee, Link, Mechanism
+from prb.mechanism import CLAMP, Branch, Hinge, Knee, Link, Mechanism, Tie
 from prb.mujoco_model import compile_mechanism, to_mjcf, write_mechanism
-from prb.release import extrapolated, is_stable, release
+from prb.release import extrapolated, inertia_at, is_stable, release
 from prb.statics import Chain, Load, NotConverged, hang
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -123,11 +126,31 @@ def test_a_release_agrees_with_a_direct_integration(name):
     assert tracking_error(motion.joints[0], exact[:, None]) < 2e-3
 
 
+def test_dry_friction_takes_the_same_share_of_every_half_swing():
+    # Between two turning points of an undamped bar on dry friction M the amplitude drops by 2 M / k.
+    moment, k = 0.01, 0.5
+    bar_ = bar(Hinge("h", Z, k, 0.0, friction=moment))
+    half = np.pi / np.sqrt(k / INERTIA)
+    model = compile_mechanism(bar_, (), half / 800)
+    motion = release([model], [mujoco.MjData(model)], np.array([[0.5]]), 9, 800)
+    peaks = np.abs(motion.joints[0, :, 0])
+    assert -np.diff(peaks) == pytest.approx(2 * moment / k, rel=0.02)
+    assert hang(Chain(model), Load(np.array([0.0, 1e-3, 0.0])))[0] > 0  # no friction in static states
+
+
 def tree(scale: float = 1.0) -> Mechanism:
     """Two limbs on a root with springs of every kind, a tip beside the axis, and turned frames."""
     hinges = [
         Hinge("a", Z, 0.5 * scale, 1e-3, rest=0.1 * scale),
-        Hinge("b", Y, 0.6, 2e-3 * scale, higher=(0.1 * scale, 0.4), higher_damping=(1e-4, 1e-5 * scale)),
+        Hinge(
+            "b",
+            Y,
+            0.6,
+            2e-3 * scale,
+            higher=(0.1 * scale, 0.4),
+            higher_damping=(1e-4, 1e-5 * scale),
+            friction=1e-4 * scale,
+        ),
         Hinge("c", X, 0.4, 1e-3, above=Knee(0.1, 0.1 * scale), below=Knee(-0.2 * scale, 1.0)),
         Hinge("d", (0.0, 0.6, 0.8), 0.4 * scale, 1e-3, branches=(Branch(0.3 * scale, 0.02),)),
     ]
@@ -138,7 +161,11 @@ def tree(scale: float = 1.0) -> Mechanism:
         Link("other", 0.03 * scale, 0.02, 0.003, 0.002, hinges=(hinges[3],), parent=0, place=(0.02, 0.01, 0.0)),
         Link("lone", 0.03, 0.02, 0.003, 0.002, parent=CLAMP, place=(0.0, 0.0, -0.01)),
     )
-    return Mechanism(links, 0.003, 2, (0.02, 0.004 * scale, 0.0))
+    ties = (
+        Tie("pair", (("a", 1.0), ("c", -0.5 * scale)), 0.1, (0.2 * scale, 0.3), 1e-4 * scale),
+        Tie("three", (("b", 1.0), ("c", 1.0), ("d", 0.3)), 0.05 * scale),
+    )
+    return Mechanism(links, 0.003, 2, (0.02, 0.004 * scale, 0.0), ties, (0.02, 0.003 * scale, 0.3 * scale))
 
 
 def moved(model: mujoco.MjModel) -> np.ndarray:
@@ -170,22 +197,56 @@ def test_markers_stand_in_the_fixed_axes_with_slack_springs():
     assert chain.slack == pytest.approx([0.1, 0, 0, 0])
 
 
-def test_a_point_mass_beside_the_axis_counts_as_one():
+def test_the_tip_s_mass_is_a_plate_beside_the_axis():
     # Kinetic energy of the tip's mass alone: the difference that it makes to the inertia matrix.
-    heavy, light = (compile_mechanism(Mechanism(tree().links, mass, 2, (0.02, 0.004, 0.0))) for mass in (0.5, 1e-9))
-    q = np.array([0.2, -0.3, 0.4, 0.1])
-    from prb.release import inertia_at
+    q, place, (width, thickness, angle) = np.array([0.2, -0.3, 0.4, 0.1]), (0.02, 0.004, 0.0), (0.03, 0.01, 0.7)
+    masses = [
+        compile_mechanism(Mechanism(tree().links, mass, 2, place, (), (width, thickness, angle)))
+        for mass in (0.5, 1e-9)
+    ]
+    heavy, light = (inertia_at(m, mujoco.MjData(m), Laws(m).with_hidden(q))[:4, :4] for m in masses)
+    tip = Chain(masses[1]).tip(q)
+    about_x = Rotation.from_rotvec([angle, 0, 0]).as_matrix()
+    axes = tip.rotation @ about_x
+    plate = axes @ np.diag([width**2 + thickness**2, thickness**2, width**2]) @ axes.T / 12
+    energy = tip.jacp.T @ tip.jacp + tip.jacr.T @ plate @ tip.jacr
+    assert heavy - light == pytest.approx(0.5 * energy, rel=1e-6, abs=1e-11)
 
-    difference = [inertia_at(m, mujoco.MjData(m), Laws(m).with_hidden(q))[:4, :4] for m in (heavy, light)]
-    jacobian = Chain(light).tip(q).jacp
-    assert difference[0] - difference[1] == pytest.approx(0.5 * jacobian.T @ jacobian, rel=1e-6, abs=1e-12)
+
+def test_ties_couple_joints_as_their_energy_says():
+    mechanism, q = tree(), np.array([0.2, -0.3, 0.4, 0.1])
+    model = compile_mechanism(mechanism)
+    laws, loose = Laws(model), Laws(compile_mechanism(dataclasses.replace(mechanism, ties=())))
+    pair, three = q[0] - 0.5 * q[2], q[1] + q[2] + 0.3 * q[3]
+    energy = 0.1 * pair**2 / 2 + 0.2 * pair**3 / 3 + 0.3 * pair**4 / 4 + 0.05 * three**2 / 2
+    assert laws.energy(q) - loose.energy(q) == pytest.approx(energy, rel=1e-10)
+    torque = 0.1 * pair + 0.2 * pair**2 + 0.3 * pair**3
+    expected = np.array([torque, 0.05 * three, -0.5 * torque + 0.05 * three, 0.015 * three])
+    assert laws.torque(q) - loose.torque(q) == pytest.approx(expected, rel=1e-10)
+    data = mujoco.MjData(model)
+    data.qpos[:] = laws.with_hidden(q)
+    mujoco.mj_forward(model, data)
+    assert -data.qfrc_spring[:4] == pytest.approx(laws.torque(q), rel=1e-12)
+    step = 1e-6
+    columns = [(laws.torque(q + step * e) - laws.torque(q - step * e)) / (2 * step) for e in np.eye(4)]
+    assert laws.tangent(q) == pytest.approx(np.column_stack(columns), abs=1e-8)
+
+
+def test_ties_of_locked_joints_go_with_them():
+    slide = Hinge("s", X, 100.0, 0.0, "slide", locked_in_motion=True)
+    links = (Link("bar", LENGTH, 0.01, 0.01, MASS, hinges=(slide, LINEAR)),)
+    moving = Mechanism(links, ties=(Tie("t", (("s", 1.0), ("h", 0.1)), 50.0),)).in_motion
+    assert (len(moving.hinges), moving.ties) == (1, ())
 
 
 def test_stability_counts_knees_and_branches():
     def limit(hinge: Hinge) -> float:
-        steps = np.geomspace(1e-4, 1.0, 400)
-        models = [compile_mechanism(bar(hinge), (), step) for step in steps]
-        return max(s for s, m in zip(steps, models, strict=True) if is_stable(m, mujoco.MjData(m), np.array([0.6])))
+        model = compile_mechanism(bar(hinge))
+        data, stable = mujoco.MjData(model), []
+        for step in np.geomspace(1e-4, 1.0, 400):
+            model.opt.timestep = step
+            stable += [step] * is_stable(model, data, np.array([0.6]))
+        return max(stable)
 
     undamped = Hinge("h", Z, 0.5, 0.0)
     assert limit(undamped) == pytest.approx(2 / np.sqrt(0.5 / INERTIA), rel=0.03)

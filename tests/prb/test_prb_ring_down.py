@@ -239,12 +239,10 @@ def test_a_batch_takes_experiments_of_any_kind_and_sampling():
 def test_the_declared_topologies_are_those_that_were_python():
     # Tip of the plain release (steps of 0.25 ms) by the code that the YAML files replaced, m.
     material = Material(youngs_modulus=61e6, viscous_time=3e-3)
-    beam = TwistedBeam(
-        length=0.08, width=0.015, thickness=0.002, twist=-1.1, root_angle=0.4, tip_mass=0.004, material=material
-    )
+    beam = TwistedBeam(length=0.08, width=0.015, thickness=0.002, twist=-1.1, root_angle=0.4, material=material)
     known = {
-        "five-hinge": (0.009042736211858218, 1.2305862335791457e-06, -2.4878227545401593e-05),
-        "gauss-chain": (0.03899643500358718, -0.007405148167685128, 0.019533848258177045),
+        "five-hinge": (0.009042736211858218, 6.277840681031594e-05, -0.00020987703520192153),
+        "gauss-chain": (0.03899643500358718, 0.005357091007777806, -0.025316820349860655),
     }
     for topology, (start_y, later_y, later_z) in known.items():
         experiment = RingDown(direction=0.7)
@@ -254,11 +252,12 @@ def test_the_declared_topologies_are_those_that_were_python():
         start = hang(Chain(model), load_of(experiment))
         tip = release([model], [mujoco.MjData(model)], start[None], experiment.samples, 12).positions[0, :, 0]
         assert tip[0, 1] == pytest.approx(start_y, rel=1e-12)
-        assert tip[75, 1:] == pytest.approx([later_y, later_z], rel=1e-9)
+        assert tip[15, 1:] == pytest.approx([later_y, later_z], rel=1e-9)
 
 
 @pytest.mark.parametrize("topology", ["five-hinge", "five-hinge-anisotropic"])
-def test_an_untwisted_beam_on_coincident_hinges_is_refused(topology):
+def test_an_untwisted_beam_on_coincident_hinges_is_refused(topology, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     flat = TwistedBeam(twist=0.0)
     record = prb.perform(flat, RingDown(), PrbModel(topology=topology))
     assert record.status == "unsupported"
@@ -267,6 +266,7 @@ def test_an_untwisted_beam_on_coincident_hinges_is_refused(topology):
     batch = Batch(declared)
     assert batch([Request(flat, RingDown(), declared.values(flat, {}))]) == [None]
     assert "parallel hinges at one place" in batch.failures[0]
+    assert not list(tmp_path.iterdir())  # MuJoCo's log file
 
 
 def test_an_untwisted_chain_moves_flatwise_and_buckles_edgewise():

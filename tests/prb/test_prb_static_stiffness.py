@@ -5,8 +5,12 @@ import pytest
 
 import prb
 from lab.experiments import StaticStiffness
+from lab.requests import Request
 from lab.specimens import TwistedBeam
+from prb.batch import Batch
+from prb.declaration import checked
 from prb.model import PrbModel
+from prb.topologies import TOPOLOGIES
 
 CHAIN = PrbModel(topology="gauss-chain")
 
@@ -91,3 +95,15 @@ def test_a_model_that_cannot_follow_a_held_tip_says_so(topology, rig):
     assert record.scalars["rank"].value == 4
     assert list(record.channels) == ["tip_compliance"]
     assert np.linalg.matrix_rank(record["tip_compliance"], rtol=1e-9) == 4
+
+
+def test_a_joint_without_a_spring_has_no_static_stiffness():
+    document = TOPOLOGIES["five-hinge"].model_dump(mode="json")
+    del document["bodies"][0]["joints"][0]["spring"]
+    loose = checked(document, "test")
+    record = prb.perform(TwistedBeam(), StaticStiffness(), PrbModel(topology=loose))
+    assert record.status == "unsupported"
+    assert record.reason.startswith("a joint has no spring at rest")
+    batch = Batch(loose)
+    assert batch([Request(TwistedBeam(), StaticStiffness(), loose.values(TwistedBeam(), {}))]) == [None]
+    assert batch.failures[0] == record.reason

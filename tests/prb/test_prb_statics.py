@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+import prb
+from lab.experiments import RingDown, StaticStiffness
+from lab.materials import Material
 from lab.specimens import TwistedBeam
 from prb.mechanism import Hinge, Link, Mechanism
 from prb.model import PrbModel
@@ -147,3 +150,45 @@ def test_a_strip_buckles_sideways_at_the_load_of_the_textbook():
     assert np.abs(hang(chain, Load(np.array([0.0, 0.94 * textbook, 0.0])))).max() < 0.5
     with pytest.raises(NotConverged):
         hang(chain, Load(np.array([0.0, 1.03 * textbook, 0.0])))
+
+
+# Shell elements on the quick study's mesh, E = 48 MPa, nu = 0.45: N/m and N*m/rad (K' of 5 mm and 15 deg).
+FEA_TABLE = {
+    0.0: {"k_yy": 6471, "k_zz": 479.3, "n_xx": 0.0691},
+    45.0: {"k_yy": 3329, "k_yz": 869, "k_zy": 954, "k_zz": 1313, "n_xx": 0.0928},
+    90.0: {"k_yy": 1815, "k_yz": -334, "k_zy": -334, "k_zz": 1815, "n_xx": 0.154},
+}
+
+
+@pytest.mark.parametrize("twist", FEA_TABLE)
+def test_the_strip_has_the_stiffness_of_finite_elements_with_nothing_fitted(twist):
+    beam = TwistedBeam(twist=np.deg2rad(twist), material=Material(youngs_modulus=48e6))
+    experiment = StaticStiffness(increments=3)
+    found = experiment.reduce(prb.perform(beam, experiment, PrbModel(topology="gauss-strip")))
+    for entry, expected in FEA_TABLE[twist].items():
+        assert found[entry].value == pytest.approx(expected, rel=0.18 if entry == "n_xx" else 0.08), entry
+
+
+#: Mean marker (y, z) in mm under a mass (kg) along the direction (deg) and at the place (m), by the same shells.
+FEA_STARTS = [
+    ({}, 0.0, (0.0, 0.0, 0.0), 0.2, (8.28, -10.03)),
+    ({}, 0.0, (0.0, 0.0, 0.008), 0.2, (8.80, -10.96)),
+    ({}, 0.0, (0.0, 0.0, -0.008), 0.2, (7.58, -9.13)),
+    ({}, 45.0, (0.0, 0.0, 0.0), 0.2, (-1.35, 13.23)),
+    ({}, 90.0, (0.0, 0.0, 0.0), 0.2, (-7.07, 22.78)),
+    ({}, 135.0, (0.0, 0.0, 0.0), 0.2, (-9.88, 20.93)),
+    ({"twist": np.pi / 4}, 45.0, (0.0, 0.0, 0.0), 0.2, (-1.42, 17.47)),
+    ({"twist": np.pi / 4}, 0.0, (0.0, 0.0, 0.008), 0.2, (3.35, -6.52)),
+    ({"thickness": 0.002}, 0.0, (0.0, 0.0, 0.008), 0.06, (8.43, -11.22)),
+    ({"thickness": 0.002}, 135.0, (0.0, 0.0, 0.0), 0.06, (-9.56, 20.97)),
+    ({"length": 0.08}, 0.0, (0.0, 0.0, 0.0), 0.08, (13.59, -16.18)),
+    ({"length": 0.08}, 90.0, (0.0, 0.0, 0.0), 0.08, (-11.42, 36.89)),
+]
+
+
+@pytest.mark.parametrize(("change", "direction", "place", "mass", "expected"), FEA_STARTS)
+def test_the_strip_bends_as_finite_elements_do_with_nothing_fitted(change, direction, place, mass, expected):
+    beam = TwistedBeam(**change, mass=0.00517, material=Material(youngs_modulus=48e6))
+    experiment = RingDown(direction=np.deg2rad(direction), load_place=place, load_mass=mass, duration=0.01)
+    start = 1e3 * prb.perform(beam, experiment, PrbModel(topology="gauss-strip"))["markers"][0].mean(axis=0)[1:]
+    assert start == pytest.approx(expected, abs=0.07 * np.linalg.norm(expected))
