@@ -143,7 +143,7 @@ def orbits(entries: Sequence[Entry], title: str, path: Path) -> Path:
             axis.plot(*mean.T, style, color=COLOURS[i % len(COLOURS)], label=label, lw=1.1)
             axis.plot(*mean[0], "o", color=COLOURS[i % len(COLOURS)], ms=3)
             data += [(slug, entry.performer, *point) for point in mean]
-        axis.set(title=slug, xlabel="y [mm]", ylabel="z [mm]", aspect="equal")
+        axis.set(title=slug, xlabel="y [mm]", ylabel="z [mm]", aspect="equal", adjustable="datalim")
         axis.grid(alpha=0.3)
     for axis in axes.flat[len(slugs) :]:
         axis.set_visible(False)
@@ -177,6 +177,7 @@ def fit_profiles(name: str, fit: Mapping[str, Any], path: Path) -> Path:
         axis.plot(profile["values"], profile["rise"], ".-", color=COLOURS[1], lw=1.1)
         axis.axhline(3.841, color=COLOURS[2], lw=0.8, ls="--")
         axis.set(xlabel=f"{profile['name']} [{profile['unit']}]", ylim=(-0.3, 12))
+        axis.locator_params(axis="x", nbins=3)
         axis.grid(alpha=0.3)
         data += [
             (profile["name"], profile["unit"], *pair) for pair in zip(profile["values"], profile["rise"], strict=True)
@@ -247,6 +248,7 @@ def model_spread(name: str, fit: Mapping[str, Any], path: Path) -> Path:
         widths = [spread["half_widths"].get(n) or 0.0 for n in names]
         axis.errorbar(values, rows, xerr=widths, fmt="o", color=COLOURS[1], ms=4, lw=1)
         axis.set(title=f"{spread['name']} [{spread['unit']}]".replace("_", " "))
+        axis.locator_params(axis="x", nbins=4)
         data += [(n, spread["name"], spread["unit"], v, w) for n, v, w in zip(names, values, widths, strict=True)]
     for axis in axes.flat:
         axis.grid(alpha=0.3)

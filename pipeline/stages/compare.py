@@ -1,7 +1,9 @@
 """Stage ``compare``: the accuracy tables."""
 
 import json
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from lab.experiments import KPRIME_ENTRIES
 from pipeline.plan import Plan
@@ -22,7 +24,7 @@ def compare(plan: Plan) -> str:
     groups = groups_of(plan, found)
     rows = [row for _, group in groups for row in group]
     write_text(plan.folder / "accuracy.csv", to_csv(rows))
-    tables = summaries(groups) + [layout(title, rows) for title, rows in groups if rows]
+    tables = summaries(plan, groups) + [layout(title, rows) for title, rows in groups if rows]
     tables += fit_tables(fit_results(plan))
     write_text(plan.folder / "accuracy.md", to_markdown(tables))
     write_text(plan.folder / "tables.json", to_json(tables))
@@ -48,14 +50,18 @@ def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
     return groups
 
 
-def summaries(groups: list[tuple[str, list[Row]]]) -> list[Table]:
+def summaries(plan: Plan, groups: list[tuple[str, list[Row]]]) -> list[Table]:
     """For each reference in motion, one line per model, with the dissertation's own two models below."""
     published = [rows for title, rows in groups if title == PUBLISHED]
-    return [
-        summary(f"In short: {title}", [rows, *(published if rows[0].experiment == "RingDown" else [])])
-        for title, rows in groups
-        if title != PUBLISHED and any(row.quantity == "tracking_error" for row in rows)
-    ]
+    tables = []
+    for title, rows in groups:
+        if title != PUBLISHED and any(row.quantity == "tracking_error" for row in rows):
+            below = published if rows[0].experiment == "RingDown" else []
+            found = summary(f"In short: {title}", [rows, *below])
+            noise = getattr(plan.study.performers[rows[0].reference], "noise", 0.0)
+            note = f"the noise of {rows[0].reference} alone is {1e3 * noise * math.sqrt(3.0):.3g} mm of eq. 5.13"
+            tables.append(replace(found, notes=(*found.notes, note)) if noise else found)
+    return tables
 
 
 def _lab_rows(plan: Plan, comparison: Comparison, found: list[Entry]) -> Iterator[Row]:

@@ -110,6 +110,8 @@ def _follow(plan: Plan, name: str, records: Mapping[str, Record], threads: int) 
         moving = next((t for t in used if t.experiment.in_motion), used[0])
         result["mjcf"] = mjcf_of(model, found.values(), moving.specimen, moving.experiment)
     cost = f"{found.evaluations} runs in {found.wall_time_s:.1f} s"
+    if not held_out:
+        result["notes"].append("Nothing is held out of this fit: all its errors are in sample.")
     result["notes"] = [f"Fitted to {', '.join(found.used)}; {cost}.", *result["notes"]]
     return result
 

@@ -67,8 +67,9 @@ def _about_reading(name: str, reading: Reading) -> str:
     return (
         f"{name}: published phi is read as {'right' if reading.twist_sense > 0 else 'left'}-handed about +x, "
         f"the clamp of rows {', '.join(reading.turned_rows) or 'none'} as turned by {reading.turned_by}. "
-        "The text says neither. The reading was chosen with sight of all rows: a fit of kind readings shows the "
-        "alternatives."
+        "The text calls phi > 0 right-handed (5.5) but not which way its x-axis runs, which turns the sign of the "
+        "couplings, and says nothing of the clamp. The reading was chosen with sight of all rows: a fit of kind "
+        "readings shows the alternatives."
     )
 
 

@@ -27,9 +27,12 @@ def edited(path, value):
     return data
 
 
-@pytest.mark.parametrize("name", sorted(p.name for p in CONFIG.glob("*.yaml")))
-def test_shipped_studies_are_correct(name):
-    plan = Plan(load_study(CONFIG / name))
+SHIPPED = [*CONFIG.glob("*.yaml"), *(CONFIG.parent / "examples").glob("*_study.yaml")]
+
+
+@pytest.mark.parametrize("file", sorted(SHIPPED), ids=lambda file: file.stem)
+def test_shipped_studies_are_correct(file):
+    plan = Plan(load_study(file))
     assert plan.jobs["fea"]
 
 
