@@ -1,13 +1,36 @@
-"""Meshes of complete quadratic cells with named boundaries: from specimens, files, meshio, or functions."""
+"""Meshes of complete quadratic cells with named boundaries: from specimens, files, meshio, or functions.
 
-from meshes.gathering import MeshError
-from meshes.joining import joined
-from meshes.making import Element, make_mesh, quality_path
+Importing this room is light: study files need its options, not SciPy.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from meshes.options import MeshOptions
-from meshes.reading import from_meshio, read_mesh
-from meshes.structured import solid_mesh, surface_mesh, thickened
 
-__all__ = [
-    "Element", "MeshError", "MeshOptions", "from_meshio", "joined", "make_mesh", "quality_path", "read_mesh",
-    "solid_mesh", "surface_mesh", "thickened",
-]  # fmt: skip
+if TYPE_CHECKING:
+    from meshes.gathering import MeshError as MeshError
+    from meshes.joining import joined as joined
+    from meshes.making import Element as Element
+    from meshes.making import make_mesh as make_mesh
+    from meshes.making import quality_path as quality_path
+    from meshes.reading import from_meshio as from_meshio
+    from meshes.reading import read_mesh as read_mesh
+    from meshes.structured import solid_mesh as solid_mesh
+    from meshes.structured import surface_mesh as surface_mesh
+    from meshes.structured import thickened as thickened
+
+#: Public names and the modules that hold them, loaded when they are first asked for.
+_PUBLIC = {
+    "MeshError": "gathering", "joined": "joining", "Element": "making", "make_mesh": "making",
+    "quality_path": "making", "from_meshio": "reading", "read_mesh": "reading", "solid_mesh": "structured",
+    "surface_mesh": "structured", "thickened": "structured",
+}  # fmt: skip
+
+__all__ = ["MeshOptions", *_PUBLIC]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"meshes has no {name!r}")
+    return getattr(import_module(f"meshes.{_PUBLIC[name]}"), name)

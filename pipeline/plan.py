@@ -78,6 +78,11 @@ class Sample:
         return self.model.kind
 
 
+#: What samples share, and the names that tell them apart.
+_PARTS: Mapping[str, Any] = {"specimen": Specimen, "experiment": Experiment, "model": Performer}
+_NAMES = ("campaign", "performer", "slug", "specimen_name")
+
+
 @dataclass(frozen=True)
 class Datum:
     """One record that a fit follows.
@@ -134,21 +139,31 @@ class Plan:
 
     def to_json(self) -> str:
         """The resolved study with all its samples, SI: what jobs read instead of working it out again."""
-        samples = [
-            {
-                **{key: getattr(s, key) for key in ("campaign", "performer", "slug", "specimen_name")},
-                **{key: getattr(s, key).model_dump(mode="json") for key in ("specimen", "experiment", "model")},
-            }
-            for s in self.samples.values()
-        ]
-        return json.dumps({"study": self.study.model_dump(mode="json", by_alias=True), "samples": samples}, indent=1)
+        # Samples share specimens, experiments and models, and checking those again is what reading costs.
+        shared: dict[str, dict[str, int]] = {part: {} for part in _PARTS}
+        samples = []
+        for sample in self.samples.values():
+            words: dict[str, Any] = {key: getattr(sample, key) for key in _NAMES}
+            for part, known in shared.items():
+                text = getattr(sample, part).model_dump_json()
+                words[part] = known.setdefault(text, len(known))
+            samples.append(words)
+        parts = {part: [json.loads(text) for text in known] for part, known in shared.items()}
+        study = self.study.model_dump(mode="json", by_alias=True)
+        return json.dumps({"study": study, "parts": parts, "samples": samples}, indent=1)
 
     @classmethod
     def from_json(cls, text: str) -> "Plan":
         """The plan that ``to_json`` wrote."""
         data = json.loads(text)
-        read = TypeAdapter(Sample).validate_python
-        samples = [read(sample) for sample in data["samples"]]
+        parts = {
+            part: [TypeAdapter(kind).validate_python(item) for item in data["parts"][part]]
+            for part, kind in _PARTS.items()
+        }
+        samples = [
+            Sample(**{key: words[key] for key in _NAMES}, **{part: found[words[part]] for part, found in parts.items()})
+            for words in data["samples"]
+        ]
         return cls(Study.model_validate(data["study"]), {sample.id: sample for sample in samples})
 
     @cached_property

@@ -77,6 +77,7 @@ def test_one_command_gives_the_table_and_says_where_all_is(bench):
         "report.html",
         "accuracy.csv",
         "accuracy.md",
+        "ledger.csv",
         "study.h5",
         "pictures/index.json",
         "mjcf/five-hinge.xml",
