@@ -37,6 +37,8 @@ def to_si(text: str, unit: str) -> float:
     >>> to_si("50 mm", "m")
     0.05
     """
+    if (common := _common(text, unit)) is not None:
+        return common
     import pint
 
     try:
@@ -49,6 +51,24 @@ def to_si(text: str, unit: str) -> float:
     if not math.isfinite(magnitude):
         raise ValueError(f"{text!r} is not a finite number")
     return float(magnitude)
+
+
+#: (unit, SI unit) to what the number is multiplied and divided by: the ones that studies are full of.
+_COMMON = {
+    ("mm", "m"): (1.0, 1e3), ("ms", "s"): (1.0, 1e3), ("g", "kg"): (1.0, 1e3), ("deg", "rad"): (math.pi, 180.0),
+    ("kPa", "Pa"): (1e3, 1.0), ("MPa", "Pa"): (1e6, 1.0), ("GPa", "Pa"): (1e9, 1.0), ("N/mm", "N/m"): (1e3, 1.0),
+}  # fmt: skip
+
+
+def _common(text: str, unit: str) -> float | None:
+    """What pint would say of a plain number in the SI unit itself or a common one, without loading it; else None."""
+    number, _, given = text.strip().partition(" ")
+    factor, divisor = (1.0, 1.0) if given == unit else _COMMON.get((given, unit), (math.nan, 1.0))
+    try:
+        value = float(number) * factor / divisor
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def from_si(value: float, unit: str, shown_in: str) -> float:

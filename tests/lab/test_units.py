@@ -62,3 +62,21 @@ def test_lame_constants_give_back_the_modulus():
     assert m.shear_modulus * (3 * m.lame_lambda + 2 * m.shear_modulus) / (
         m.lame_lambda + m.shear_modulus
     ) == pytest.approx(m.youngs_modulus)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("23.66 mm", "m"), ("0.1 ms", "s"), ("5.17 g", "kg"), ("-45 deg", "rad"), ("26 MPa", "Pa"), ("3 N/mm", "N/m"),
+     ("0.34 N*m/rad", "N*m/rad"), ("1e-3 m", "m")],
+)  # fmt: skip
+def test_common_units_are_read_as_pint_reads_them(text, unit):
+    import pint
+
+    expected = pint.UnitRegistry().Quantity(text).to(unit).magnitude
+    assert to_si(text, unit) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["nan m", "inf m", "1_0 m m"])
+def test_no_short_cut_lets_nonsense_through(text):
+    with pytest.raises(ValueError, match="is not a finite number|cannot read|has the unit"):
+        to_si(text, "m")
