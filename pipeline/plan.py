@@ -38,7 +38,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "fea": (*_BENCH, "meshes", "fea", "results.store", "pipeline.stages.perform"),
     "prb": (*_BENCH, "prb", "results.store", "pipeline.stages.perform"),
     "fit": (
-        *_BENCH, "lab.published", "meshes", "fea", "prb", "calibrate", "results.store", "pipeline.stages.fit",
+        *_BENCH, "lab.published", "prb", "calibrate", "results.store", "pipeline.stages.fit",
         "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings", "pipeline.stages.fit_selection",
     ),
 }  # fmt: skip
@@ -264,7 +264,9 @@ class Plan:
         else:
             params["lab"] = self.study.lab[fit.reference].model_dump(mode="json")
             records += self.own_lab_files(fit.reference)
-        return Job("fit", name, tuple(dict.fromkeys(records)), self.fit_output(name), self._sourced("fit", params))
+        own = isinstance(fit, Fit) and isinstance(self.study.performers[fit.model], FeaPerformer)
+        sourced = self._sourced("fit", params, *(SOURCES["fea"] if own else ()))
+        return Job("fit", name, tuple(dict.fromkeys(records)), self.fit_output(name), sourced)
 
     def fit_samples(self, name: str) -> list[Sample]:
         """Samples whose records a fit reads."""
@@ -393,8 +395,8 @@ class Plan:
         """Params of a job that reads the whole study and runs the named sources."""
         return {"study": self.study.model_dump(mode="json"), "source": source_hash(*sources)}
 
-    def _sourced(self, stage: Stage, params: Mapping[str, Any]) -> dict[str, Any]:
-        return {**params, "source": source_hash(*SOURCES[stage])}
+    def _sourced(self, stage: Stage, params: Mapping[str, Any], *more: str) -> dict[str, Any]:
+        return {**params, "source": source_hash(*SOURCES[stage], *more)}
 
 
 def load_plan(path: Path) -> Plan:

@@ -85,6 +85,7 @@ def test_processes_do_not_change_the_result():
     batch = Batch(MODEL, workers=2)
     try:
         for one, other in zip(Batch(MODEL)(requests), batch(requests), strict=True):
-            np.testing.assert_array_equal(one["markers"], other["markers"])
+            # The solver's threads add up in another order.
+            np.testing.assert_allclose(one["markers"], other["markers"], rtol=0, atol=1e-10)
     finally:
         batch.close()
