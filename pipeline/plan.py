@@ -31,12 +31,13 @@ _BENCH = (
     "lab.data.materials", "lab.experiments", "lab.fields", "lab.materials", "lab.measures", "lab.records",
     "lab.requests", "lab.specimens", "lab.units",
 )  # fmt: skip
+_SENSED = ("calibrate.sensors", "pipeline.stages.sensed")
 #: What each stage's answer depends on: packages or modules, by import name.
 SOURCES: Mapping[str, tuple[str, ...]] = {
     "mesh": (*_BENCH, "meshes", "pipeline.stages.mesh"),
     "lab": (*_BENCH, "lab.readers", "lab.signals", "lab.recordings", "results.store", "pipeline.stages.perform"),
-    "fea": (*_BENCH, "meshes", "fea", "results.store", "pipeline.stages.perform"),
-    "prb": (*_BENCH, "prb", "results.store", "pipeline.stages.perform"),
+    "fea": (*_BENCH, "meshes", "fea", *_SENSED, "results.store", "pipeline.stages.perform"),
+    "prb": (*_BENCH, "prb", *_SENSED, "results.store", "pipeline.stages.perform"),
     "fit": (
         *_BENCH, "lab.published", "prb", "calibrate", "results.store", "pipeline.stages.fit",
         "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings", "pipeline.stages.fit_selection",

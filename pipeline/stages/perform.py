@@ -10,6 +10,7 @@ from lab.records import Record
 from lab.specimens import Specimen
 from pipeline.plan import SOURCES, Plan, Sample
 from pipeline.provenance import provenance
+from pipeline.stages.sensed import nuisances_of, perform_sensed
 from pipeline.study import FeaPerformer, LabPerformer, PrbPerformer
 from results.store import write_record
 
@@ -54,13 +55,16 @@ def _fea(plan: Plan, sample: Sample, model: FeaPerformer) -> Record:
     import fea
     from meshes import read_mesh
 
+    nuisances: dict[str, Any] = {}
     if model.fit:
         found = _result(plan, model.fit)
+        nuisances = nuisances_of(plan, sample, model.fit, found)
         values = {p["name"]: p["value"] for p in found["parameters"]}
         thickness = values.pop("thickness", model.thickness)
         material = model.material.model_copy(update=values)
         model = model.model_copy(update={"material": material, "thickness": thickness})
-    return fea.perform(sample.specimen, sample.experiment, model, read_mesh(Path(plan.mesh_job(sample).output)))
+    mesh = read_mesh(Path(plan.mesh_job(sample).output))
+    return perform_sensed(lambda e: fea.perform(sample.specimen, e, model, mesh), sample.experiment, nuisances)
 
 
 def _prb(plan: Plan, sample: Sample, model: PrbPerformer) -> Record:
@@ -69,7 +73,8 @@ def _prb(plan: Plan, sample: Sample, model: PrbPerformer) -> Record:
     if not model.fit:
         return prb.perform(sample.specimen, sample.experiment, model)
     fitted, warnings = fitted_prb(plan, model.fit, model, sample.specimen)
-    record = prb.perform(sample.specimen, sample.experiment, fitted)
+    nuisances = nuisances_of(plan, sample, model.fit, _result(plan, model.fit))
+    record = perform_sensed(lambda e: prb.perform(sample.specimen, e, fitted), sample.experiment, nuisances)
     return dataclasses.replace(record, how={**record.how, "warnings": list(warnings)}) if warnings else record
 
 
