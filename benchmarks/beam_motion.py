@@ -11,7 +11,8 @@ import numpy as np
 
 from fea.reduced import Reduction, reduced, shaken
 from fea.shell import Shell
-from fea.shell_motion import ShellMotion, SmoothShake
+from fea.shell_motion import ShellMotion
+from lab.experiments.shaking import SmoothShake
 from lab.materials import Material
 from meshes.structured import surface_mesh
 

@@ -16,8 +16,9 @@ from fea import foresight
 from fea import reduced_stepping as stepping
 from fea.materials import LAWS, SAINT_VENANT_KIRCHHOFF
 from fea.modes import natural_modes
-from fea.shell_motion import Acceleration, ShellMotion, SmoothShake, Trajectory
+from fea.shell_motion import Acceleration, ShellMotion, Trajectory
 from fea.shell_stepping import INSTANTS
+from lab.experiments.shaking import SmoothShake
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -16,7 +16,6 @@ from fea import shell_stepping as stepping
 from fea.dynamics import Blend, axes_of
 from fea.linear import make_solver
 from fea.shell import Shell
-from lab.experiments.shaking import SmoothShake as SmoothShake
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -5,7 +5,8 @@ import pytest
 
 from fea.reduced import reduced, shaken
 from fea.shell import Shell
-from fea.shell_motion import ShellMotion, SmoothShake
+from fea.shell_motion import ShellMotion
+from lab.experiments.shaking import SmoothShake
 from lab.materials import Material
 from meshes.structured import surface_mesh
 

@@ -6,7 +6,8 @@ import pytest
 from fea.dynamics import Dynamics
 from fea.modes import natural_modes
 from fea.shell import Shell
-from fea.shell_motion import ShellMotion, SmoothShake
+from fea.shell_motion import ShellMotion
+from lab.experiments.shaking import SmoothShake
 from lab.materials import Material
 from meshes.structured import surface_mesh
 
@@ -112,11 +113,3 @@ def test_steps_are_halved_where_they_fail_and_the_end_is_said():
     absurd = motion.run(period, 3, v=1e6 * shape / period)
     assert "no equilibrium" in absurd.stopped
     assert len(absurd.times) == 1
-
-
-def test_smooth_shake_is_its_own_derivative():
-    shake, times = SmoothShake((1e-3, 0.0, 2e-3), 7.0, 0.1), np.linspace(0.0, 0.3, 300001)
-    step = times[1]
-    second = np.diff(shake.displacement(times), 2, axis=0) / step**2
-    np.testing.assert_allclose(second, shake.acceleration(times)[1:-1], atol=2e-3)
-    assert not shake.displacement(times)[0].any()
