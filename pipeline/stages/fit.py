@@ -13,6 +13,7 @@ from lab.records import Record
 from lab.specimens import Specimen
 from lab.units import to_si
 from pipeline.plan import Datum, Plan
+from pipeline.stages.gather import fit_result
 from pipeline.study import FeaPerformer, PrbPerformer
 from results.store import read_record, write_text
 
@@ -55,11 +56,6 @@ def _kinds() -> Mapping[str, Callable[[Plan, str, Mapping[str, Record], int], Re
 def _failed_fits(plan: Plan, name: str) -> list[tuple[str, str]]:
     others = {other: fit_result(plan, other) for other in getattr(plan.study.fits[name], "fits", ())}
     return [(other, found["reason"]) for other, found in others.items() if found["status"] != "completed"]
-
-
-def fit_result(plan: Plan, name: str) -> Result:
-    """Result of a finished fit."""
-    return json.loads(Path(plan.fit_output(name)).read_text(encoding="utf-8"))
 
 
 def targets_of(plan: Plan, name: str, records: Mapping[str, Record]) -> tuple[list[Target], list[Target]]:

@@ -8,7 +8,8 @@ from calibrate.selection import Candidate, Selection, select
 from calibrate.spec import Fit, SelectionFit
 from lab.records import Record
 from pipeline.plan import Plan
-from pipeline.stages.fit import fit_result, model_of, targets_of
+from pipeline.stages.fit import model_of, targets_of
+from pipeline.stages.gather import fit_result
 from results.tables import shown
 
 

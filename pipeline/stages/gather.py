@@ -1,4 +1,4 @@
-"""What the comparing stages read: all records of a study, with what their fits have seen."""
+"""What stages read of others: all records of a study with what their fits have seen, and results of fits."""
 
 import json
 from pathlib import Path
@@ -26,4 +26,10 @@ def _entry(plan: Plan, sample: Sample, with_fields: bool) -> Entry:
 
 def fit_results(plan: Plan) -> dict[str, dict[str, Any]]:
     """Results of all fits by name."""
-    return {name: json.loads(Path(plan.fit_output(name)).read_text(encoding="utf-8")) for name in plan.study.fits}
+    return {name: fit_result(plan, name) for name in plan.study.fits}
+
+
+def fit_result(plan: Plan, name: str) -> dict[str, Any]:
+    """Result of a finished fit, whatever its status."""
+    result: dict[str, Any] = json.loads(Path(plan.fit_output(name)).read_text(encoding="utf-8"))
+    return result

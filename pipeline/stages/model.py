@@ -7,7 +7,7 @@ from lab.fields import changed, shown
 from lab.specimens import Specimen
 from pipeline.plan import Plan
 from pipeline.stages.fit import mjcf_of
-from pipeline.stages.perform import fitted_prb
+from pipeline.stages.perform import completed_result, fitted_prb
 from pipeline.study import PrbPerformer, StudyError
 from results.store import write_text
 
@@ -36,7 +36,7 @@ def model(plan: Plan, performer: str, specimen: str, changes: Sequence[str], out
     if chosen.fit:
         if not Path(plan.fit_output(chosen.fit)).is_file():
             raise StudyError(f"fit {chosen.fit} has not been made yet; run the study first")
-        chosen, warnings = fitted_prb(plan, chosen.fit, chosen, beam)
+        chosen, warnings = fitted_prb(plan, completed_result(plan, chosen.fit), chosen, beam)
     values = chosen.values(beam)
     experiments = [e for c in plan.study.campaigns.values() if (e := plan.study.experiments[c.experiment]).in_motion]
     experiment = experiments[0] if experiments else next(iter(plan.study.experiments.values()))

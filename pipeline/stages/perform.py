@@ -1,16 +1,17 @@
 """Stages ``lab``, ``fea`` and ``prb``: one sample, one record file."""
 
 import dataclasses
-import json
 import traceback
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from lab.experiments import Experiment
 from lab.records import Record
 from lab.specimens import Specimen
 from pipeline.plan import SOURCES, Plan, Sample
 from pipeline.provenance import provenance
-from pipeline.stages.sensed import nuisances_of, perform_sensed
+from pipeline.stages.gather import fit_result
 from pipeline.study import FeaPerformer, LabPerformer, PrbPerformer
 from results.store import write_record
 
@@ -55,16 +56,15 @@ def _fea(plan: Plan, sample: Sample, model: FeaPerformer) -> Record:
     import fea
     from meshes import read_mesh
 
-    nuisances: dict[str, Any] = {}
-    if model.fit:
-        found = _result(plan, model.fit)
-        nuisances = nuisances_of(plan, sample, model.fit, found)
-        values = {p["name"]: p["value"] for p in found["parameters"]}
-        thickness = values.pop("thickness", model.thickness)
-        material = model.material.model_copy(update=values)
-        model = model.model_copy(update={"material": material, "thickness": thickness})
     mesh = read_mesh(Path(plan.mesh_job(sample).output))
-    return perform_sensed(lambda e: fea.perform(sample.specimen, e, model, mesh), sample.experiment, nuisances)
+    if not model.fit:
+        return fea.perform(sample.specimen, sample.experiment, model, mesh)
+    result = completed_result(plan, model.fit)
+    values = {p["name"]: p["value"] for p in result["parameters"]}
+    thickness = values.pop("thickness", model.thickness)
+    material = model.material.model_copy(update=values)
+    fitted = model.model_copy(update={"material": material, "thickness": thickness})
+    return _as_sensed(plan, sample, model.fit, result, lambda e: fea.perform(sample.specimen, e, fitted, mesh))
 
 
 def _prb(plan: Plan, sample: Sample, model: PrbPerformer) -> Record:
@@ -72,18 +72,27 @@ def _prb(plan: Plan, sample: Sample, model: PrbPerformer) -> Record:
 
     if not model.fit:
         return prb.perform(sample.specimen, sample.experiment, model)
-    fitted, warnings = fitted_prb(plan, model.fit, model, sample.specimen)
-    nuisances = nuisances_of(plan, sample, model.fit, _result(plan, model.fit))
-    record = perform_sensed(lambda e: prb.perform(sample.specimen, e, fitted), sample.experiment, nuisances)
+    result = completed_result(plan, model.fit)
+    fitted, warnings = fitted_prb(plan, result, model, sample.specimen)
+    record = _as_sensed(plan, sample, model.fit, result, lambda e: prb.perform(sample.specimen, e, fitted))
     return dataclasses.replace(record, how={**record.how, "warnings": list(warnings)}) if warnings else record
 
 
-def fitted_prb(plan: Plan, name: str, model: PrbPerformer, specimen: Specimen) -> tuple[PrbPerformer, tuple[str, ...]]:
-    """The model with what the fit ``name`` found for ``specimen``, and why to doubt it there.
+def _as_sensed(
+    plan: Plan, sample: Sample, fit: str, result: Mapping[str, Any], run: Callable[[Experiment], Record]
+) -> Record:
+    from pipeline.stages.sensed import nuisances_of, perform_sensed  # loads the fits' code, which others do not need
+
+    return perform_sensed(run, sample.experiment, nuisances_of(plan, sample, fit, result))
+
+
+def fitted_prb(
+    plan: Plan, result: Mapping[str, Any], model: PrbPerformer, specimen: Specimen
+) -> tuple[PrbPerformer, tuple[str, ...]]:
+    """The model with what a fit found for ``specimen``, and why to doubt it there.
 
     A selection puts its chosen model, topology and all, in the place of ``model``.
     """
-    result = _result(plan, name)
     warnings: tuple[str, ...] = ()
     if result["kind"] == "parametric":
         from calibrate.parametric import ParametricModel
@@ -99,8 +108,9 @@ def fitted_prb(plan: Plan, name: str, model: PrbPerformer, specimen: Specimen) -
     return model.model_copy(update={"parameters": {**model.parameters, **values}}), warnings
 
 
-def _result(plan: Plan, name: str) -> dict[str, Any]:
-    result = json.loads(Path(plan.fit_output(name)).read_text(encoding="utf-8"))
+def completed_result(plan: Plan, name: str) -> dict[str, Any]:
+    """Result of a finished fit; ValueError with the reason where it has none."""
+    result = fit_result(plan, name)
     if result["status"] != "completed":
         raise ValueError(f"fit {name} gave no parameters: {result['reason']}")
     return result

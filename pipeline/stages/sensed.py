@@ -17,7 +17,7 @@ from calibrate.spec import Fit
 from lab.experiments import Experiment, RingDown
 from lab.records import Record
 from pipeline.plan import Plan, Sample
-from pipeline.stages.fit import fit_result
+from pipeline.stages.gather import fit_result
 
 Run = Callable[[Experiment], Record]
 
