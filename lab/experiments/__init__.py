@@ -5,9 +5,10 @@ from typing import Annotated
 from pydantic import Field
 
 from lab.experiments.base_shake import BaseShake
+from lab.experiments.natural_modes import NaturalModes
 from lab.experiments.ring_down import RingDown
 from lab.experiments.static_stiffness import KPRIME_ENTRIES, QPRIME_ENTRIES, StaticStiffness
 
-Experiment = Annotated[StaticStiffness | RingDown | BaseShake, Field(discriminator="kind")]
+Experiment = Annotated[StaticStiffness | RingDown | BaseShake | NaturalModes, Field(discriminator="kind")]
 
-__all__ = ["KPRIME_ENTRIES", "QPRIME_ENTRIES", "BaseShake", "Experiment", "RingDown", "StaticStiffness"]
+__all__ = ["KPRIME_ENTRIES", "QPRIME_ENTRIES", "BaseShake", "Experiment", "NaturalModes", "RingDown", "StaticStiffness"]

@@ -6,16 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from lab.experiments.ring_down import turned
 from lab.experiments.shaking import SmoothShake
 from lab.materials import Frozen
+from lab.orbits import ellipse, harmonics, sense, signed_area
 from lab.records import Record, Scalar
 from lab.units import Quantity
 
 Array = NDArray[np.float64]
 Metre = Annotated[float, Quantity("m", "mm")]
 
-#: An orbit with a smaller ratio of its axes is a line to rounding: it has no sense of travel.
-_LINE = 1e-9
+#: Harmonics of the path that are told, the first included.
+HARMONICS = 3
 
 
 class BaseShake(Frozen):
@@ -25,11 +27,16 @@ class BaseShake(Frozen):
     periods at full amplitude falls below ``tolerance``; after ``max_periods``, those of the rise included, a
     performer gives up (status ``diverged``, with the path that it reached).  A transient that shrinks by q in every
     period leaves about change / (1 - q): lightly damped beams want a smaller tolerance.  One frequency is one sample.
-    Gravity is left out: the text does not say how the shaker stood.
+    Without ``own_weight`` gravity is left out: the text does not say how the shaker stood.  With it, gravity acts on
+    the beam and on what its tip carries, and rest is the equilibrium under it, as in ``RingDown``.
 
-    Sensed: displacements of the markers relative to the moving clamp over the last period, ``samples_per_period``
-    + 1 samples.  Its time 0 is where the clamp passes its middle along +z, so the clamp's place is A sin(2 pi f t).
-    Markers ride on the mean rigid motion of the tip face, as in the ring-down.
+    Sensed: displacements of the markers from rest relative to the moving clamp over the last period,
+    ``samples_per_period`` + 1 samples.  Its time 0 is where the clamp passes its middle along +z, so the clamp's place
+    is A sin(2 pi f t).  Markers ride on the mean rigid motion of the tip face, as in the ring-down.
+
+    The numbers of the orbit are those of its path as ``seen_from`` the room, the clamp's motion included, as cameras
+    see it: ASSUMED, since the text speaks of the trajectory of the beam's distal end and of no moving frame.  Below
+    resonance the two differ in kind: the tip then follows the clamp on a line of 2 A.
     """
 
     kind: Literal["BaseShake"] = "BaseShake"
@@ -39,6 +46,10 @@ class BaseShake(Frozen):
     ramp_periods: float = Field(5.0, ge=0, description="Periods within which the amplitude rises; 0: at once.")
     tolerance: float = Field(1e-3, gt=0, lt=1, description="Largest change between periods over the path's size.")
     max_periods: int = Field(200, ge=2, description="Periods after which an orbit counts as unsteady.")
+    gravity: Annotated[float, Quantity("m/s^2", "m/s^2"), Field(gt=0)] = 9.81
+    #: Direction of gravity from +y about +x (180 deg: along -y, y being up).  None: left out.
+    own_weight: Annotated[float, Quantity("rad", "deg"), Field(ge=-np.pi, le=np.pi)] | None = None
+    seen_from: Literal["room", "clamp"] = Field("room", description="Frame of the orbit's numbers.")
     samples_per_period: int = Field(64, ge=8, le=10_000, description="Samples recorded per period.")
     #: Place of each marker from the tip's centre in the fixed axes of the unloaded beam.
     markers: tuple[tuple[Metre, Metre, Metre], ...] = Field(((0.0, 0.0, 0.0),), min_length=1)
@@ -72,6 +83,11 @@ class BaseShake(Frozen):
         """Motion of the clamp from rest at t = 0."""
         return SmoothShake((0.0, 0.0, self.amplitude), self.frequency, self.ramp_periods * self.period)
 
+    @property
+    def own_gravity(self) -> tuple[float, float, float] | None:
+        """Acceleration that gravity gives the beam and what its tip carries, m/s^2; None: left out."""
+        return None if self.own_weight is None else turned(self.gravity, self.own_weight)
+
     def change(self, before: Array, after: Array) -> float:
         """Largest distance between equal phases of two periods over the largest displacement of the second.
 
@@ -84,34 +100,45 @@ class BaseShake(Frozen):
         change = float(np.linalg.norm(after - before, axis=-1).max())
         return change / size if size else float(change > 0.0)
 
+    def path(self, record: Record) -> Array:
+        """The mean marker's path across the beam over the last period, (samples, 2), m: y and z, as ``seen_from``."""
+        return self.path_of(record["markers"])
+
+    def path_of(self, markers: Array) -> Array:
+        """The same from marker displacements relative to the clamp (samples, markers, 3), m."""
+        path: Array = markers.mean(axis=1)[:, 1:]
+        if self.seen_from == "room":
+            path = path + [0.0, self.amplitude] * np.sin(2 * np.pi * self.frequency * self.times)[:, None]
+        return path
+
     def reduce(self, record: Record) -> dict[str, Scalar]:
-        """Ellipse of the mean marker's path in the y-z plane: that of its first harmonic, by least squares.
+        """Ellipse, sense of travel and harmonics of the mean marker's path in the y-z plane, as ``seen_from``.
 
-        Needs the channels ``time`` (n,) and ``markers`` (n, marker, 3) over a whole period.
+        Needs the channel ``markers`` (n, marker, 3) over a whole period.
         """
-        turning = _harmonic(record["time"], record["markers"].mean(axis=1)[:, 1:], self.frequency)
-        # y + i z is the sum of two vectors that turn about +x with and against the right hand.
-        along, against = (turning[0] + 1j * turning[1]) / 2, (turning[0].conjugate() + 1j * turning[1].conjugate()) / 2
-        major, minor = float(abs(along) + abs(against)), float(abs(along) - abs(against))
-        tilt = float(np.angle(along) + np.angle(against)) / 2
-        sense = float(np.sign(minor)) if abs(minor) > _LINE * major else 0.0
+        path = self.path(record)
+        fitted, size = ellipse(path), np.linalg.norm(harmonics(path, HARMONICS), axis=1)
+        about = f"orbit, seen from the {self.seen_from}"
         return {
-            "major_axis": Scalar(2 * major, "m", "length of the orbit's major axis"),
-            "minor_axis": Scalar(2 * abs(minor), "m", "length of the orbit's minor axis"),
-            "tilt": Scalar(_folded(tilt), "rad", "angle of the major axis from +y about +x, -90 to 90 degrees"),
-            "sense": Scalar(sense, "1", "sense of travel: 1 right-handed about +x (from +y to +z), -1 left"),
-        }
+            "major_axis": Scalar(fitted.major, "m", f"length of the major axis of the {about}"),
+            "minor_axis": Scalar(abs(fitted.minor), "m", f"length of the minor axis of the {about}"),
+            "axis_ratio": Scalar(fitted.ratio, "1", "minor over major axis with the sign of the sense of travel"),
+            "tilt": Scalar(fitted.tilt, "rad", "angle of the major axis from +y about +x, -90 to 90 degrees"),
+            "sense": Scalar(
+                float(sense(fitted.ratio)), "1",
+                "sense of travel: 1 right-handed about +x (from +y to +z), -1 left-handed, 0 a line",
+            ),
+            "signed_area": Scalar(signed_area(path), "m^2", "area that the path encloses, positive if right-handed"),
+            "span_y": Scalar(float(np.ptp(path[:, 0])), "m", "extent of the path along y"),
+            "span_z": Scalar(float(np.ptp(path[:, 1])), "m", "extent of the path along z"),
+            "ellipse_residual": Scalar(fitted.residual, "m", "root mean square distance of the path from its ellipse"),
+            **{
+                f"harmonic_{n}": Scalar(_share(size[n - 1], size[0]), "1", f"harmonic {n} of the path over the first")
+                for n in range(2, HARMONICS + 1)
+            },
+        }  # fmt: skip
 
 
-def _harmonic(time: Array, path: Array, frequency: float) -> NDArray[np.complex128]:
-    """Amplitudes C (coordinates,) of Re(C exp(2 pi i f t)), least squares beside a mean; the unit of ``path``."""
-    # The last sample repeats the first phase, which must not count twice.
-    angle = 2 * np.pi * frequency * time[:-1]
-    columns = np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)])
-    _, cosine, sine = np.linalg.lstsq(columns, path[:-1], rcond=None)[0]
-    return np.asarray(cosine - 1j * sine)
-
-
-def _folded(angle: float) -> float:
-    """An undirected line's angle (rad) in [-pi/2, pi/2)."""
-    return (angle + np.pi / 2) % np.pi - np.pi / 2
+def _share(part: float, whole: float) -> float:
+    """``part`` over ``whole``; NaN for a path that stands still."""
+    return float(part / whole) if whole else float("nan")

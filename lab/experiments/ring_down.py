@@ -61,12 +61,12 @@ class RingDown(Frozen):
     @property
     def load(self) -> tuple[float, float, float]:
         """Force of the weight on the tip before the release, N."""
-        return _turned(self.load_mass * self.gravity, self.direction)
+        return turned(self.load_mass * self.gravity, self.direction)
 
     @property
     def own_gravity(self) -> tuple[float, float, float] | None:
         """Acceleration that gravity gives the beam and what its tip carries, m/s^2; None: left out."""
-        return None if self.own_weight is None else _turned(self.gravity, self.own_weight)
+        return None if self.own_weight is None else turned(self.gravity, self.own_weight)
 
     def reduce(self, record: Record) -> dict[str, Scalar]:
         """Start deflection, frequency and damping of the main mode of the mean marker's motion.
@@ -83,6 +83,6 @@ class RingDown(Frozen):
         }
 
 
-def _turned(size: float, angle: float) -> tuple[float, float, float]:
+def turned(size: float, angle: float) -> tuple[float, float, float]:
     """Vector along +y turned by ``angle`` (rad) about +x."""
     return (0.0, size * float(np.cos(angle)), size * float(np.sin(angle)))

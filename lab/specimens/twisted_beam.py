@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from lab.materials import Frozen, Material
+from lab.specimens.load_frame import LoadFrame
 from lab.units import Quantity
 
 
@@ -31,6 +32,8 @@ class TwistedBeam(Frozen):
     mass: Annotated[float, Quantity("kg", "g"), Field(gt=0)] | None = None
     #: Mass glued to the tip face (markers and their carrier).
     tip_mass: Annotated[float, Quantity("kg", "g"), Field(ge=0)] = 0.0
+    #: Frame on the tip face with a weight at a corner; None: nothing but ``tip_mass``.
+    load_frame: LoadFrame | None = None
     material: Material = Material()
 
     @model_validator(mode="after")
@@ -59,6 +62,11 @@ class TwistedBeam(Frozen):
     def section_angle(self, x: float | NDArray[np.float64]) -> float | NDArray[np.float64]:
         """Angle of the width direction from +y at ``x`` (m), rad."""
         return self.root_angle + self.twist * x / self.length
+
+    def mirrored(self) -> "TwistedBeam":
+        """The beam as a mirror in the plane z = 0 shows it: the opposite chirality."""
+        frame = self.load_frame.mirrored() if self.load_frame else None
+        return self.model_copy(update={"twist": -self.twist, "root_angle": -self.root_angle, "load_frame": frame})
 
     def geometry(self) -> dict[str, float]:
         """The fields that a mesh depends on, SI."""

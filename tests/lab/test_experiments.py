@@ -7,6 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 from lab.experiments import BaseShake, Experiment, RingDown, StaticStiffness
 from lab.experiments.shaking import SmoothShake
 from lab.measures import dominant_mode, relative_error, tracking_error, tracking_rms
+from lab.orbits import LINE
 from lab.records import Channel, Record, channels
 
 
@@ -123,17 +124,32 @@ def orbit(experiment, major, minor, tilt, phase=0.3, harmonics=0.0):
 
 @given(st.floats(1e-4, 1e-2), st.floats(-0.95, 0.95), st.floats(-1.5, 1.5), st.floats(-3, 3))
 def test_orbit_of_an_ellipse(major, ratio, tilt, phase):
-    experiment = BaseShake(frequency=9.0)
+    experiment = BaseShake(frequency=9.0, seen_from="clamp")
     found = experiment.reduce(orbit(experiment, major, ratio * major, tilt, phase, harmonics=0.1 * major))
     assert found["major_axis"].value == pytest.approx(2 * major)
     assert found["minor_axis"].value == pytest.approx(2 * abs(ratio) * major, abs=1e-12)
     assert found["tilt"].value == pytest.approx(tilt, abs=1e-9)
-    if abs(ratio) > 1e-6:
-        assert found["sense"].value == np.sign(ratio)
+    assert found["axis_ratio"].value == pytest.approx(ratio, abs=1e-9)
+    assert found["sense"].value == (np.sign(ratio) if abs(ratio) >= LINE else 0.0)
+    # Half of 0.1 along each axis: cos(2 a) on both, of which the ellipse takes nothing.
+    assert found["ellipse_residual"].value == pytest.approx(0.1 * major, rel=1e-6)
+    size = major * np.sqrt(1.0 + ratio**2)
+    assert found["harmonic_2"].value == pytest.approx(0.1 * np.sqrt(2.0) * major / size, rel=1e-6)
+    assert found["harmonic_3"].value == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_still_tip_is_seen_from_the_room_as_the_clamp_and_from_the_clamp_as_nothing():
+    experiment = BaseShake(amplitude=0.003)
+    still = orbit(experiment, 0.0, 0.0, 0.0)
+    assert experiment.reduce(still)["major_axis"].value == pytest.approx(0.006)
+    assert experiment.reduce(still)["tilt"].value == pytest.approx(-np.pi / 2)
+    assert experiment.reduce(still)["sense"].value == 0.0
+    from_clamp = experiment.model_copy(update={"seen_from": "clamp"})
+    assert from_clamp.reduce(still)["major_axis"].value == pytest.approx(0.0, abs=1e-15)
 
 
 def test_a_line_has_no_sense_of_travel():
-    experiment = BaseShake()
+    experiment = BaseShake(seen_from="clamp")
     assert experiment.reduce(orbit(experiment, 2e-3, 0.0, 0.4))["sense"].value == 0.0
 
 
