@@ -19,7 +19,7 @@ from lab.units import WRITTEN_BY_HAND, Quantity
 
 LEDGER = DATA / "ledger.yaml"
 #: What will bring the answers that are not there yet.
-Coming = Literal["calibration", "twisted-beam sweeps", "contact and walking", "pinched tube", "tube with fins"]
+Coming = Literal["calibration", "contact and walking", "pinched tube", "tube with fins"]
 #: Kind of a model: its origin, and whether it was fitted to anything.
 Role = Literal["lab", "virtual-lab", "fea", "fea fitted", "prb", "prb fitted"]
 #: Words by which the notes of the published figures mark what contradicts itself.
@@ -137,11 +137,22 @@ class Orbit(_Judgement):
     ratio: float = Field(gt=0, lt=1)
     role: tuple[Role, ...]
     twists: tuple[Annotated[float, Quantity("rad", "deg")], ...]
-    by: Coming
+
+
+class Observed(_Judgement):
+    """What the text observes in words of the tip's path, as a rule that a sweep follows or not."""
+
+    judge: Literal["observed"] = "observed"
+    observation: Literal[
+        "across-the-axis", "grows-with-twist", "mirrored", "sense-by-chirality", "loaded-more-elliptic",
+        "reverses-at-all-corners", "reversal-depends-on-corner",
+    ]  # fmt: skip
+    role: tuple[Role, ...]
+    tolerance: Tolerance
 
 
 Judgement = Annotated[
-    Cannot | NotYet | Input | ClosedForm | InTable | Measured | Orbit, Field(discriminator="judge")
+    Cannot | NotYet | Input | ClosedForm | InTable | Measured | Orbit | Observed, Field(discriminator="judge")
 ]  # fmt: skip
 
 

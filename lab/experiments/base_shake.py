@@ -129,6 +129,7 @@ class BaseShake(Frozen):
                 "sense of travel: 1 right-handed about +x (from +y to +z), -1 left-handed, 0 a line",
             ),
             "signed_area": Scalar(signed_area(path), "m^2", "area that the path encloses, positive if right-handed"),
+            "span_x": Scalar(float(np.ptp(record["markers"].mean(axis=1)[:, 0])), "m", "extent of the path along x"),
             "span_y": Scalar(float(np.ptp(path[:, 0])), "m", "extent of the path along y"),
             "span_z": Scalar(float(np.ptp(path[:, 1])), "m", "extent of the path along z"),
             "ellipse_residual": Scalar(fitted.residual, "m", "root mean square distance of the path from its ellipse"),

@@ -13,6 +13,7 @@ from lab.ledger import ledger as shipped_ledger
 from lab.materials import Frozen
 from lab.published import figures
 from lab.specimens import Specimen
+from lab.specimens.load_frame import LoadFrame
 from pipeline.plan import Plan
 from pipeline.stages.compare import groups_of
 from pipeline.stages.gather import entries, fit_results
@@ -73,11 +74,14 @@ def _role(plan: Plan, name: str) -> str:
 def _facts(entry: Entry) -> dict[str, Any]:
     """What the record says of its model, specimen and experiment that a judgement may ask for."""
     specimen, experiment, how = entry.record.specimen, entry.record.experiment, entry.record.how
+    frame = specimen.get("load_frame") or {}
     facts = {
         "topology": how.get("topology"),
         "twist": specimen.get("twist"),
         "tip_mass": specimen.get("tip_mass"),
         "frequency": experiment.get("frequency"),
+        "corner": frame.get("corner"),
+        "load": frame.get("load"),
     }
     return {name: value for name, value in facts.items() if value is not None}
 
@@ -137,7 +141,9 @@ def _inputs(plan: Plan) -> Iterator[Finding]:
 def _numbers(name: str, model: Specimen | Experiment) -> Iterator[Finding]:
     for field in type(model).model_fields:
         value = getattr(model, field)
-        if isinstance(value, tuple):
+        if isinstance(value, LoadFrame):
+            yield Finding("LoadFrame.load", "kg", value.load, name)
+        elif isinstance(value, tuple):
             yield Finding(f"{model.kind}.{field}.count", "1", float(len(value)), name)
         elif isinstance(value, int | float) and not isinstance(value, bool) and isinstance(model, Frozen):
             number, unit = number_at(model, field)

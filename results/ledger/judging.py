@@ -11,10 +11,23 @@ from typing import Any
 import numpy as np
 
 from lab.formulas import FORMULAS
-from lab.ledger import Cannot, ClosedForm, Input, InTable, Judgement, Ledger, Measured, NotYet, Orbit, Tolerance
+from lab.ledger import (
+    Cannot,
+    ClosedForm,
+    Input,
+    InTable,
+    Judgement,
+    Ledger,
+    Measured,
+    NotYet,
+    Observed,
+    Orbit,
+    Tolerance,
+)
 from lab.materials import material
 from lab.published import figures
 from results.ledger.findings import NOUGHT, Finding, choose, difference
+from results.ledger.observations import judge_observation
 from results.ledger.orbits import judge_orbit
 from results.ledger.rows import ARITHMETIC, CANNOT, DIFFERS, INPUT, NOT_HERE, REPRODUCED, LedgerRow, attributed, missing
 from results.ledger.stiffness import judge_in_table
@@ -66,6 +79,8 @@ def _judged(row: LedgerRow, judgement: Judgement, findings: Sequence[Finding]) -
             return _measured(row, judgement, findings)
         case Orbit():
             return judge_orbit(row, judgement, findings)
+        case Observed():
+            return judge_observation(row, judgement, findings)
 
 
 def _cannot(row: LedgerRow, judgement: Cannot, findings: Sequence[Finding]) -> LedgerRow:

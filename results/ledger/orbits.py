@@ -1,41 +1,25 @@
 """Shapes of the tip's path at published frequencies of a shaken clamp."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from lab.ledger import Orbit
 from results.ledger.findings import Finding
 from results.ledger.rows import DIFFERS, REPRODUCED, LedgerRow, attributed, missing
+from results.ledger.shakes import by_source, close, free, of_role
 
 
 def judge_orbit(row: LedgerRow, judgement: Orbit, findings: Sequence[Finding]) -> LedgerRow:
-    """Ratios of the axes, by the first role and twist that has all published frequencies."""
+    """Ratios of the axes, by the first role, twist and model that has all published frequencies."""
     for role in judgement.role:
         for twist in judgement.twists:
-            axes = _axes(findings, role, twist)
-            if all((frequency, "minor_axis") in axes for frequency in row.published):
-                ratios = [axes[f, "minor_axis"].value / axes[f, "major_axis"].value for f in row.published]
-                return _verdict(attributed(row, [axes[row.published[0], "major_axis"]]), judgement, ratios)
+            for shakes in by_source(free(of_role(findings, role))):
+                axes = {s.facts["frequency"]: s for s in shakes if close(s.facts["twist"], twist)}
+                if all(frequency in axes for frequency in row.published):
+                    chosen = [axes[f] for f in row.published]
+                    ratios = [s.numbers["minor_axis"] / s.numbers["major_axis"] for s in chosen]
+                    return _verdict(attributed(row, [chosen[0].source]), judgement, ratios)
     return missing(row, judgement)
-
-
-def _axes(findings: Sequence[Finding], role: str, twist: float) -> Mapping[tuple[float, str], Finding]:
-    """Axes of free orbits of a twist (rad) by frequency (Hz) and name, of the first model of the role."""
-    inside = [
-        f
-        for f in findings
-        if f.experiment == "BaseShake"
-        and f.role == role
-        and not f.against
-        and not f.facts.get("tip_mass")
-        and math.isclose(f.facts.get("twist", math.nan), twist, abs_tol=1e-6)
-    ]
-    return {(f.facts["frequency"], f.quantity): f for f in reversed(inside) if _source(f) == _source(inside[0])}
-
-
-def _source(finding: Finding) -> tuple[str, str]:
-    return finding.campaign, finding.model
 
 
 def _verdict(row: LedgerRow, judgement: Orbit, ratios: list[float]) -> LedgerRow:

@@ -26,7 +26,7 @@ def test_table_5_1_agrees_with_the_published_equations():
 
 
 def test_every_published_figure_has_its_sentence():
-    assert len(figures()) == 213
+    assert len(figures()) == 220
     assert all(f["quote"] and f["kind"] in ("lab", "fea", "prb", "spec", "analytic") for f in figures().values())
 
 

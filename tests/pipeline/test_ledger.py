@@ -98,7 +98,7 @@ def rows(plan):
 
 def test_the_stage_writes_its_three_files_and_says_what_it_found(plan):
     said = ledger(plan)
-    assert said.startswith("213 published figures: ")
+    assert said.startswith("220 published figures: ")
     assert (plan.folder / "ledger.md").read_text(encoding="utf-8").startswith("# Published figures")
     shown = from_json((plan.folder / "ledger.json").read_text(encoding="utf-8"))
     assert f"{shown.counts['reproduced']} reproduced" in said
