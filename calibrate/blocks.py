@@ -81,7 +81,13 @@ class View:
         return {**self.held, **{name: float(row[column]) for name, column in self.columns.items()}}
 
     def read(self, response: Response, numbers: Mapping[str, float]) -> list[Array] | None:
-        """One array (rows, columns) per block; None where the run failed."""
+        """One array (rows, columns) per block; None where the run failed.
+
+        Raises
+        ------
+        ValueError
+            In one line, when the model never has a number that is followed, as one of few joints has few modes.
+        """
         if response is None:
             return None
         found = []
@@ -95,6 +101,9 @@ class View:
             found.append(gain * values.reshape(len(values), -1))
         if self.names:
             reduced = self.target.experiment.reduce(record_of(self.target, response))
+            if missing := [name for name in self.names if name not in reduced]:
+                known = ", ".join(reduced)
+                raise ValueError(f"record {self.target.name}: the model has no {missing[0]} to follow; it has {known}")
             found.append(gain * np.array([[reduced[name].value] for name in self.names]))
         return found
 

@@ -36,7 +36,8 @@ class DataSpec(Frozen):
     reference: str = Field(description="Performer of the campaign whose records are followed.")
     used: list[str] = Field(default_factory=list, description="Samples that the fit sees.")
     held_out: list[str] = Field(default_factory=list, description="Samples that it does not see.")
-    #: Channels or reduced numbers that count; empty: markers of a motion, the forces' entries of K' of a static test.
+    #: Channels or reduced numbers that count; empty: markers of a motion, the forces' entries of K' of a static test,
+    #: the frequencies of natural modes.
     quantities: list[str] = Field(default_factory=list)
     weight: float = Field(1.0, gt=0, description="Weight of each of these records beside those of other data.")
     #: Part of the record that counts, on its own clock.

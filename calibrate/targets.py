@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from calibrate.sensors import nuisance_coordinates
 from calibrate.space import Coordinate
 from calibrate.spec import FORCE_ENTRIES, DataSpec
-from lab.experiments import BaseShake, Experiment
+from lab.experiments import BaseShake, Experiment, NaturalModes
 from lab.records import Channel, Record, Scalar
 from lab.specimens import Specimen
 
@@ -73,8 +73,10 @@ class Target:
         return {name: given[name] for name in wanted}
 
 
-def default_quantities(experiment: Experiment) -> tuple[str, ...]:
-    """What counts of an experiment unless a study says otherwise."""
+def default_quantities(experiment: Experiment, record: Record) -> tuple[str, ...]:
+    """What counts of an experiment unless a study says otherwise; of natural modes all that the record has."""
+    if isinstance(experiment, NaturalModes):
+        return tuple(experiment.reduce(record))
     return ("markers",) if experiment.in_motion else FORCE_ENTRIES
 
 
@@ -90,7 +92,7 @@ def target(name: str, specimen: Specimen, experiment: Experiment, record: Record
         if not record.completed:
             raise ValueError(f"it is {record.status}: {record.reason}")
         found = Target(
-            name, specimen, experiment, record, tuple(data.quantities) or default_quantities(experiment),
+            name, specimen, experiment, record, tuple(data.quantities) or default_quantities(experiment, record),
             data.weight, data.window, nuisance_coordinates(name, experiment, data), data.noise,
         )  # fmt: skip
         check(found)
@@ -105,6 +107,8 @@ def check(target: Target) -> None:
     if (kind := record.experiment.get("kind")) is not None and kind != experiment.kind:
         raise ValueError(f"it is a {kind}, not a {experiment.kind}")
     _check_quantities(target)
+    if isinstance(experiment, NaturalModes) and target.channels:
+        raise ValueError(f"of natural modes the numbers f_1, f_2, ... are followed, not {', '.join(target.channels)}")
     for name in target.channels:
         values = record[name]
         rows = (~np.isfinite(values.reshape(len(values), -1))).any(axis=1)

@@ -53,6 +53,7 @@ PERFORMERS = {
     "StaticStiffness": "fea.static_stiffness",
     "RingDown": "fea.ring_down",
     "BaseShake": "fea.base_shake",
+    "NaturalModes": "fea.natural_modes",
 }
 
 #: Public names to their modules: numba and scikit-fem load only when there is work for them.

@@ -20,6 +20,7 @@ _SENSED = {
     "RingDown": ("time", "markers"),
     "BaseShake": ("time", "markers"),
     "StaticStiffness": ("leg", "motion", "wrench"),
+    "NaturalModes": ("frequency", "tip"),
 }
 
 #: Outcome of one run: the response, and why there is none.
@@ -60,8 +61,8 @@ class Batch:
         -------
         responses
             ``RingDown`` and ``BaseShake``: ``time`` (samples,), ``markers`` (samples, markers, 3).
-            ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  None where the run did not complete:
-            see ``failures``.
+            ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  ``NaturalModes``: ``frequency``
+            (modes,), ``tip`` (modes, 6).  None where the run did not complete: see ``failures``.
 
         Raises
         ------

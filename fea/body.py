@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 from skfem import Basis
 
 from fea import kernels
+from fea.coupled_mass import CoupledMass
+from fea.coupled_scatter import coupled_scatter
 from fea.elements import SolidElement, quadratic, some
 from fea.materials import ISOCHORIC, constants
 from fea.pattern import Pattern
-from fea.scatter import Scatter, make_scatter
+from fea.per_element import per_element
+from fea.scatter import Scatter
 from fea.surface import Surface
 from lab.materials import Material
 
@@ -42,9 +45,13 @@ class Body:
     material
         Law and constants.
     density
-        Reference density, kg/m^3; None takes the material's.
+        Reference density, kg/m^3, one number or one per element; None takes the material's.
     project_volume
         False takes the volume ratio point by point under isochoric laws too.
+    stiffening
+        Factor on all stresses, one number or one per element: large for what is as good as rigid.
+    coupled_mass
+        Rigid mass that rides on a boundary.
 
     Raises
     ------
@@ -54,8 +61,10 @@ class Body:
 
     mesh: Any
     material: Material
-    density: float | None = None
+    density: float | Array | None = None
     project_volume: bool = True
+    stiffening: float | Array = 1.0
+    coupled_mass: CoupledMass | None = None
     element: SolidElement = field(init=False)
     points: Array = field(init=False)
     cells: Cells = field(init=False)
@@ -75,7 +84,7 @@ class Body:
         hand = np.sign(determinants[:, :1])
         _refuse("inverted (or without volume):", ~(determinants * hand > 0).all(axis=1))
         gradients = np.ascontiguousarray(np.linalg.inv(jacobians).transpose(0, 1, 3, 2) @ slopes)
-        weights = np.abs(determinants) * reference
+        weights = np.abs(determinants) * reference * per_element(self.stiffening, len(cells))
         modes = np.zeros((len(cells), 0, len(reference)))
         stiff = self.material.bulk_modulus / self.material.shear_modulus
         pointwise = min(element.pointwise_bulk / stiff, 1.0) if self.project_volume else 1.0
@@ -101,7 +110,7 @@ class Body:
     @property
     def weights(self) -> Array:
         """Reference volume that every quadrature point stands for, (elements, points), m^3."""
-        return self.solid.weights
+        return self.solid.weights / per_element(self.stiffening, len(self.cells))
 
     @property
     def volumes(self) -> Array:
@@ -115,7 +124,8 @@ class Body:
 
     @cached_property
     def _scatter(self) -> Scatter:
-        return make_scatter(self.cells, self.nodes)
+        coupled = self.boundary(self.coupled_mass.boundary) if self.coupled_mass else np.zeros(0, dtype=np.int64)
+        return coupled_scatter(self.cells, self.nodes, coupled)
 
     @property
     def pattern(self) -> Pattern:
@@ -184,22 +194,29 @@ class Body:
     def stresses(self, displacement: Array, viscosity: float = 0.0, past: Array | None = None) -> Array:
         """Cauchy stresses (elements, points, 6), Pa, Voigt 11, 22, 33, 12, 13, 23."""
         viscous = self._viscous(viscosity, past)
-        return kernels.cauchy(self.solid, displacement, *constants(self.material), *viscous)
+        stress = kernels.cauchy(self.solid, displacement, *constants(self.material), *viscous)
+        return np.asarray(stress * per_element(self.stiffening, len(self.cells))[..., None])
 
     def strain_energy(self, displacement: Array) -> Array:
         """Strain energy of every element (elements,), J."""
         return kernels.strain_energy(self.solid, displacement, *constants(self.material))
 
     def mass(self, on_boundary: dict[str, float] | None = None) -> Array:
-        """Consistent mass on ``pattern`` (stored,), kg; ``on_boundary`` spreads masses (kg) over named faces."""
+        """Consistent mass on ``pattern`` (stored,), kg, with the coupled one.
+
+        ``on_boundary`` spreads masses (kg) over named faces.
+        """
         density = self.material.density if self.density is None else self.density
         values, slopes, reference = self.element.shapes(self.element.mass_order)
         determinants = np.abs(np.linalg.det(_jacobians(self.points[self.cells], slopes)))
         data = np.zeros(len(self.pattern.indices))
-        self._add_mass(data, values, density * reference * determinants, self._scatter.starts, self.cells)
+        masses = per_element(density, len(self.cells)) * reference * determinants
+        self._add_mass(data, values, masses, self._scatter.starts, self.cells)
         for name, mass in (on_boundary or {}).items():
             if mass:
                 self._add_face_mass(data, name, mass)
+        if self.coupled_mass:
+            self.coupled_mass.add_to(data, self)
         return data
 
     def _add_face_mass(self, data: Array, name: str, mass: float) -> None:

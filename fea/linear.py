@@ -132,10 +132,15 @@ class SuperLU:
 SOLVERS: dict[str, type[Pardiso] | type[SuperLU]] = {"pardiso": Pardiso, "superlu": SuperLU}
 
 
-def make_solver(kind: str, pattern: Pattern) -> LinearSolver:
-    """Solver of ``kind`` ``pardiso``, ``superlu`` or ``auto`` (Pardiso where it is installed)."""
+def solver_class(kind: str) -> type[Pardiso] | type[SuperLU]:
+    """Class of ``kind`` ``pardiso``, ``superlu`` or ``auto`` (Pardiso where it is installed)."""
     if kind == "auto":
         kind = "pardiso" if importlib.util.find_spec("pypardiso") else "superlu"
     if kind not in SOLVERS:
         raise ValueError(f"no linear solver {kind!r}; there are auto, {', '.join(SOLVERS)}")
-    return SOLVERS[kind](pattern)
+    return SOLVERS[kind]
+
+
+def make_solver(kind: str, pattern: Pattern) -> LinearSolver:
+    """Solver of a kind, see ``solver_class``."""
+    return solver_class(kind)(pattern)

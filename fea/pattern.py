@@ -43,6 +43,21 @@ class Pattern:
         indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
         return Pattern(indptr, columns[taken]), taken
 
+    def places(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Stored entry of every pair of a row and a column that is not before it.
+
+        Raises
+        ------
+        ValueError
+            Where the pattern does not have a pair.
+        """
+        stored = self.rows.astype(np.int64) * self.size + self.indices
+        wanted = rows * self.size + columns
+        found = np.minimum(np.searchsorted(stored, wanted), len(stored) - 1)
+        if (stored[found] != wanted).any():
+            raise ValueError("the pattern has no room for some of the entries")
+        return found
+
     def full(self, data: Array) -> csr_array:
         """The whole symmetric matrix whose upper triangle holds ``data`` (stored,)."""
         upper = csr_array((data, self.indices, self.indptr), shape=(self.size, self.size))

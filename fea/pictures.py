@@ -1,5 +1,7 @@
 """Deformed states of a body in VTK's order, for the record's fields."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,8 +10,11 @@ from lab.records import Channel, Fields, channels
 
 Array = NDArray[np.float64]
 
+#: Share of a shape at which its strain energy is evaluated: small enough to be that of linear strains.
+_SMALL = 1e-4
 
-def fields(part: Deformable, values: list[float], displacements: list[Array]) -> Fields:
+
+def fields(part: Deformable, values: Sequence[float], displacements: Sequence[Array]) -> Fields:
     """States with displacement and strain energy density.
 
     Parameters
@@ -21,8 +26,20 @@ def fields(part: Deformable, values: list[float], displacements: list[Array]) ->
     displacements
         (nodes, 3) each, m.
     """
-    points, cells, cell_type, carry = part.picture()
     density = np.array([part.strain_energy(u) / part.volumes for u in displacements])
+    return _fields(part, values, displacements, density, "mean strain energy density")
+
+
+def shape_fields(part: Deformable, values: Sequence[float], shapes: Array) -> Fields:
+    """States that show shapes (states, nodes, 3), m, of linear vibrations; arguments as in ``fields``."""
+    density = np.array([part.strain_energy(_SMALL * u) / part.volumes / _SMALL**2 for u in shapes])
+    return _fields(part, values, list(shapes), density, "mean strain energy density of linear strains")
+
+
+def _fields(
+    part: Deformable, values: Sequence[float], displacements: Sequence[Array], density: Array, words: str
+) -> Fields:
+    points, cells, cell_type, carry = part.picture()
     moved = np.array([carry(u) for u in displacements])
     return Fields(
         points=np.ascontiguousarray(points),
@@ -32,7 +49,5 @@ def fields(part: Deformable, values: list[float], displacements: list[Array]) ->
         point_data=channels(
             Channel("displacement", "m", moved, ("state", "point", "axis"), "displacement from rest"),
         ),
-        cell_data=channels(
-            Channel("strain_energy_density", "J/m^3", density, ("state", "cell"), "mean strain energy density"),
-        ),
+        cell_data=channels(Channel("strain_energy_density", "J/m^3", density, ("state", "cell"), words)),
     )

@@ -9,16 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fea.carrier import Carrier
-from fea.case import Case, stages
 from fea.dynamics import Blend, Dynamics, StoppedError
+from fea.hanging import Hung, hang
 from fea.model import FeaModel
-from fea.newton import Options
 from fea.parts import Deformable
 from fea.pictures import fields
-from fea.run import Run
 from fea.setting_up import Mesh, how, make_part, said, warm_up, warm_up_motion
 from fea.shell import Shell
-from fea.statics import static
 from lab.experiments import RingDown
 from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
@@ -58,17 +55,6 @@ class _Sensed:
             self.states.append((number / experiment.rate, displacement))
 
 
-@dataclass(frozen=True)
-class _Start:
-    """What the motion begins with: displacements at ``rest`` and when ``hung`` (nodes, 3), m, and weights, N."""
-
-    run: Run
-    rest: Array
-    hung: Array
-    weight: Array
-    reason: str = ""
-
-
 def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mesh) -> Record:
     """Hang the load, cut it, and follow the free motion; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
@@ -77,7 +63,7 @@ def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mes
     began = perf_counter()
     part = make_part(specimen, model, mesh)
     carrier = Carrier(part, np.array(experiment.markers))
-    start = _hang(part, carrier, specimen, experiment, model)
+    start = hang(part, specimen, model, experiment.own_gravity, hanging_load(carrier, part, experiment))
     sensed, reason = _Sensed(carrier, start.rest), start.reason
     history: dict[str, Any] = {"static": start.run.history}
     if reason:
@@ -99,26 +85,11 @@ def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mes
     )
 
 
-def _hang(part: Deformable, carrier: Carrier, specimen: Specimen, experiment: RingDown, model: FeaModel) -> _Start:
-    """Equilibria under the own weight, where it counts, and then under the load as well."""
-    case = Case(part, solver=model.linear_solver).fix("root").mass("tip", specimen.tip_mass)
-    gravity, levels = experiment.own_gravity, [1.0]
-    if gravity is not None:
-        levels = [1.0, 2.0]
-        case.gravity(gravity, stages((0.0, 0.0), (1.0, 1.0)))
-    loading = stages((levels[-1] - 1.0, 0.0), (levels[-1], 1.0))
-    for node, share in zip(carrier.nodes, carrier.hung_at(np.array(experiment.load_place)), strict=True):
-        case.force([int(node)], share * np.array(experiment.load), loading)
-    run = static(case, levels, options=Options(tolerance=model.tolerance))
-    at_rest = np.zeros_like(part.points)
-    rest = run.field(1) if gravity is not None and run.t[-1] >= 1.0 else at_rest
-    weight = at_rest if gravity is None else np.outer(case.nodal_mass(), gravity)
-    reason = ""
-    if not run.completed:
-        sags = gravity is not None and run.t[-1] < 1.0
-        what, share = ("own weight", run.t[-1]) if sags else ("hanging load", run.t[-1] - levels[-1] + 1.0)
-        reason = f"the {what} was reached to {100 * share:.3g} % only: {run.reason}"
-    return _Start(run, rest, run.field(), weight, reason)
+def hanging_load(carrier: Carrier, part: Deformable, experiment: RingDown) -> Array:
+    """Nodal forces (nodes, 3), N, of the weight at its place on the tip face."""
+    load = np.zeros_like(part.points)
+    load[carrier.nodes] = np.outer(carrier.hung_at(np.array(experiment.load_place)), experiment.load)
+    return load
 
 
 def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:
@@ -129,7 +100,7 @@ def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:
 
 
 def _swing(
-    part: Deformable, start: _Start, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, start: Hung, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
     """Motion after the release; returns what the integrator did."""
     swinging = Dynamics(part, {"tip": specimen.tip_mass}, start.weight, model.linear_solver, _DYNAMIC_TOLERANCE)
@@ -143,7 +114,7 @@ def _swing(
 
 
 def _swing_shell(
-    part: Deformable, start: _Start, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, start: Hung, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
     """The same by compiled steps."""
     from fea.shell_motion import ShellMotion

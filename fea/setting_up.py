@@ -8,6 +8,7 @@ from skfem import MeshHex2, MeshQuad2
 
 from fea.body import Body
 from fea.linear import LinearSolver, make_solver
+from fea.load_frame import framed
 from fea.model import FeaModel
 from fea.parts import Deformable
 from fea.shell import Shell
@@ -48,7 +49,9 @@ def warm_up_motion() -> None:
 
 
 def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
-    """The specimen in elements, with the performer's material and the density that gives its mass.
+    """The specimen in elements, with the performer's material, the density that gives its mass, and its load frame.
+
+    The frame holds the tip face by a stiff block beyond it, see ``fea.load_frame``.
 
     Raises
     ------
@@ -59,13 +62,34 @@ def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
     if isinstance(mesh, MeshQuad2) != (model.element == "shell"):
         raise ValueError(f"a {type(mesh).__name__} is no mesh for the element {model.element!r} of the model")
     if isinstance(mesh, MeshQuad2):
-        directors = thickness_directions(specimen, mesh.doflocs.T)
-        return Shell(mesh, applied.thickness, applied.material, applied.effective_density, directors)
-    body = Body(mesh, applied.material, applied.effective_density)
+        return _shell(applied, mesh)
+    body = _body(applied, mesh)
     if abs(body.shares("tip").sum() / applied.area - 1.0) > _WRONG_SECTION:
         area, wanted = 1e6 * body.shares("tip").sum(), 1e6 * applied.area
         raise ValueError(f"the mesh has a tip of {area:.4g} mm^2, the specimen of this model {wanted:.4g} mm^2")
     return body
+
+
+def _shell(specimen: Specimen, mesh: MeshQuad2) -> Shell:
+    if specimen.load_frame is None:
+        directors = thickness_directions(specimen, mesh.doflocs.T)
+        return Shell(mesh, specimen.thickness, specimen.material, specimen.effective_density, directors)
+    whole = framed(specimen, specimen.load_frame, mesh)
+    # The frame's block goes on straight.
+    directors = thickness_directions(specimen, np.minimum(whole.mesh.doflocs.T, [specimen.length, np.inf, np.inf]))
+    return Shell(
+        whole.mesh, specimen.thickness, specimen.material, whole.density, directors,
+        stiffening=whole.stiffening, coupled_mass=whole.mass,
+    )  # fmt: skip
+
+
+def _body(specimen: Specimen, mesh: MeshHex2) -> Body:
+    if specimen.load_frame is None:
+        return Body(mesh, specimen.material, specimen.effective_density)
+    whole = framed(specimen, specimen.load_frame, mesh)
+    return Body(
+        whole.mesh, specimen.material, whole.density, stiffening=whole.stiffening, coupled_mass=whole.mass
+    )  # fmt: skip
 
 
 def how(
@@ -77,7 +101,8 @@ def how(
         "mesh": {"elements": len(part.cells), "nodes": part.nodes, "element": part.kind},
         "unknowns": 3 * part.nodes,
         "material": part.material.model_dump(),
-        "density": part.density,
+        # The specimen's own elements come first.
+        "density": float(np.ravel(np.asarray(part.density, dtype=float))[0]),
         **thickness,
         "linear_solver": solver if isinstance(solver, str) else solver.name,
         "tolerance": model.tolerance,

@@ -14,9 +14,12 @@ from skfem import ElementQuad2, MeshQuad, MeshQuad2
 
 from fea import shell_geometry as geometry
 from fea import shell_kernels as kernels
+from fea.coupled_mass import CoupledMass
+from fea.coupled_scatter import coupled_scatter
 from fea.materials import constants
 from fea.pattern import Pattern
-from fea.scatter import Scatter, make_scatter
+from fea.per_element import per_element
+from fea.scatter import Scatter
 from fea.surface import Surface
 from lab.materials import Material
 from meshes.node_order import VTK_CELL_TYPE, vtk_reference
@@ -50,11 +53,15 @@ class Shell:
     material
         Law and constants.
     density
-        Reference density, kg/m^3; None takes the material's.
+        Reference density, kg/m^3, one number or one per element; None takes the material's.
     directors
         Unit vectors (surface nodes, 3) along which to measure the thickness instead.
     shear_factor
         Share of the transverse shear stiffness: 5/6 allows for the parabola that the shear stress is.
+    stiffening
+        Factor on all stresses, one number or one per element: large for what is as good as rigid.
+    coupled_mass
+        Rigid mass that rides on an edge.
 
     Attributes
     ----------
@@ -77,9 +84,11 @@ class Shell:
     mesh: MeshQuad | MeshQuad2
     thickness: float | Array
     material: Material
-    density: float | None = None
+    density: float | Array | None = None
     directors: Array | None = None
     shear_factor: float = 5.0 / 6.0
+    stiffening: float | Array = 1.0
+    coupled_mass: CoupledMass | None = None
     kind: str = field(default="18-node solid shell", init=False)
     mid: Array = field(init=False)
     surface_cells: Ints = field(init=False)
@@ -198,7 +207,8 @@ class Shell:
 
     @cached_property
     def _scatter(self) -> Scatter:
-        return make_scatter(self.cells, self.nodes)
+        coupled = self.boundary(self.coupled_mass.boundary) if self.coupled_mass else np.zeros(0, dtype=np.int64)
+        return coupled_scatter(self.cells, self.nodes, coupled)
 
     @cached_property
     def _assembly(self) -> tuple[Pattern, NDArray[np.int32]]:
@@ -221,6 +231,11 @@ class Shell:
         return geometry.jacobians(*self._nodal, geometry.quadrature()[0])
 
     @cached_property
+    def _volumes(self) -> Array:
+        """Volume that every quadrature point stands for (elements, points), m^3."""
+        return np.asarray(np.linalg.det(self._jacobians) * geometry.quadrature()[1])
+
+    @cached_property
     def _law(self) -> tuple[int, Array]:
         return constants(self.material)
 
@@ -230,7 +245,7 @@ class Shell:
         tables, frames = geometry.tables(), geometry.local_frames(self._jacobians)
         transforms = geometry.strain_transforms(self._jacobians, frames, self.shear_factor)
         determinants = np.linalg.det(self._jacobians)
-        volumes = determinants * geometry.quadrature()[1]
+        volumes = self._volumes * per_element(self.stiffening, len(self.cells))
         centre = np.linalg.det(geometry.jacobians(middle, half, np.zeros((1, 3))))
         spread = centre / determinants
         law, parameters = self._law
@@ -315,7 +330,7 @@ class Shell:
     @property
     def volumes(self) -> Array:
         """Volume of every element (elements,), m^3."""
-        return self._elements.volumes.sum(axis=1)
+        return self._volumes.sum(axis=1)
 
     def stresses(self, displacement: Array) -> Array:
         """Cauchy stresses (elements, 18, 6), Pa, Voigt 11 22 33 12 13 23, at 3 x 3 x 2 points, z fastest.
@@ -335,7 +350,7 @@ class Shell:
         turn = self._rotations(displacement) @ np.swapaxes(frames, -1, -2)
         cauchy = turn @ local @ np.swapaxes(turn, -1, -2)
         rows, columns = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
-        return cauchy[..., rows, columns]
+        return np.asarray(cauchy[..., rows, columns] * per_element(self.stiffening, len(self.cells))[..., None])
 
     def _rotations(self, displacement: Array) -> Array:
         """Rotation (elements, 18, 3, 3) of the deformation gradient of the displacement."""
@@ -349,7 +364,7 @@ class Shell:
     # ------------------------------------------------------------------ mass
 
     def mass(self, on_boundary: dict[str, float] | None = None) -> Array:
-        """Consistent mass on ``pattern`` (stored,), kg.
+        """Consistent mass on ``pattern`` (stored,), kg, with the coupled one.
 
         ``on_boundary`` spreads masses (kg) over the faces of named edges.
         """
@@ -359,11 +374,13 @@ class Shell:
         sides = 0.5 * np.stack([1.0 - points[:, 2], 1.0 + points[:, 2]], axis=1)
         shapes = (geometry.quad9(points[:, :2])[0][:, :, None] * sides[:, None, :]).reshape(18, 18)
         every = np.arange(len(self.cells))
-        self._add_mass(data, every, self.cells, shapes, density * self._elements.volumes)
+        self._add_mass(data, every, self.cells, shapes, per_element(density, len(self.cells)) * self._volumes)
         for name, mass in (on_boundary or {}).items():
             if mass:
                 elements, nodes, values, areas = self._edge_faces(name)
                 self._add_mass(data, elements, nodes, values, mass / areas.sum() * areas)
+        if self.coupled_mass:
+            self.coupled_mass.add_to(data, self)
         return data
 
     def _add_mass(self, data: Array, elements: Ints, nodes: Ints, shapes: Array, masses: Array) -> None:

@@ -114,7 +114,8 @@ def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, me
     """Move the tip along every leg and sense the wrench; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
     began = perf_counter()
-    part = make_part(specimen, model, mesh)
+    # The robot holds the tip itself; what it carries has only mass.
+    part = make_part(specimen.model_copy(update={"load_frame": None}), model, mesh)
     springs = np.full(6, np.inf)
     if experiment.rig_stiffness is not None:
         springs[:3] = experiment.rig_stiffness

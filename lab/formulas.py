@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 
 from lab.materials import material
 from lab.published import figures
+from lab.sections import torsion_constant
 
 Number = float | tuple[float, ...]
 #: Angles of attack at which the plate law of 4.5.3 is checked, rad.
@@ -152,9 +153,8 @@ def guided_weak_axis() -> Number:
 def torsion() -> Number:
     """Saint-Venant's G J / l at phi = 0 and the datasheet's modulus, N*m/rad; Poisson's ratio ASSUMED."""
     modulus, length, width, thickness = (_value(id) for id in ("c5-tpu-E", "t5.2-l", "t5.2-w", "t5.2-t"))
-    ratio = thickness / width
-    constant = width * thickness**3 / 3 * (1 - 0.63 * ratio * (1 - ratio**4 / 12))  # rectangle, error below 0.5 %
-    return modulus / (2 * (1 + material("tpu-95a").poisson_ratio)) * constant / length
+    shear_modulus = modulus / (2 * (1 + material("tpu-95a").poisson_ratio))
+    return shear_modulus * torsion_constant(width, thickness) / length
 
 
 #: Formulas by the names that ``lab/data/ledger.yaml`` uses.

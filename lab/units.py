@@ -72,8 +72,19 @@ def _common(text: str, unit: str) -> float | None:
 
 
 def from_si(value: float, unit: str, shown_in: str) -> float:
-    """Magnitude of an SI ``value`` in the unit ``shown_in``."""
-    return float(_registry().Quantity(value, unit).to(shown_in).magnitude)
+    """Magnitude of an SI ``value`` in the unit ``shown_in``, whose zero is that of ``unit``."""
+    return value * _shown(unit, shown_in)
+
+
+@cache
+def _shown(unit: str, shown_in: str) -> float:
+    """What takes a magnitude from one unit to another; pint is loaded for uncommon ones only."""
+    if unit == shown_in:
+        return 1.0
+    if (common := _COMMON.get((shown_in, unit))) is not None:
+        factor, divisor = common
+        return divisor / factor
+    return float(_registry().Quantity(1.0, unit).to(shown_in).magnitude)
 
 
 @dataclass(frozen=True)

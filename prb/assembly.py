@@ -21,7 +21,7 @@ from prb.declared_parts import (
     kind_of_tie,
 )
 from prb.expressions import Number, environment, read
-from prb.mechanism import CLAMP, Branch, Hinge, Knee, Link, Mechanism, Tie, Vector
+from prb.mechanism import CLAMP, Ballast, Branch, Hinge, Knee, Link, Mechanism, Tie, Vector
 
 _INDEX = re.compile(r"\{([^{}]*)\}")
 _CLAMP_NAME = "clamp"
@@ -84,8 +84,8 @@ class Assembly:
             if twice := sorted({name for name in used if used.count(name) > 1}):
                 raise ValueError(f"two {kind} are named {twice[0]!r}; put the index in braces, as in 'link{{i}}'")
 
-    def build(self, numbers: Mapping[str, float], tip_mass: float) -> Mechanism:
-        """Mechanism for the values of all names, with the mass (kg) at its tip.
+    def build(self, numbers: Mapping[str, float], tip_mass: float, ballast: Ballast | None = None) -> Mechanism:
+        """Mechanism for the values of all names, with a mass (kg) and a rigid body at its tip.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Assembly:
                 raise ValueError(f"body {part.name}: {_not_positive(links[-1])} must be positive")
         place = self.tip_place(common) if self.tip_place else None
         width, thickness, angle = (number(common) for number in self.tip_face)
-        return Mechanism(tuple(links), tip_mass, self.tip_link, place, tuple(ties), (width, thickness, angle))
+        return Mechanism(tuple(links), tip_mass, self.tip_link, place, tuple(ties), (width, thickness, angle), ballast)
 
 
 def _not_positive(link: Link) -> str:

@@ -9,17 +9,20 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lab.experiments import RingDown
+from lab.experiments import RingDown, StaticStiffness
 from lab.requests import Request, Response
-from prb.experiments.base_shake import orbits, step_of, unsteady
+from prb.experiments.base_shake import unsteady
+from prb.experiments.natural_modes import LOOSE, tip_of
 from prb.experiments.ring_down import load_of
 from prb.experiments.static_stiffness import held_tip
 from prb.mechanism import Mechanism, Vector
 from prb.model import TIME_STEP
 from prb.mujoco_model import compile_mechanism, write_mechanism
 from prb.release import extrapolated, refusal, steps_per_sample, unstable
-from prb.statics import Chain, NotConverged, hang
+from prb.shaking import orbits, rest_of, step_of
+from prb.statics import Chain, NotConverged, hang, is_sprung
 from prb.topologies import Topology
+from prb.vibration import vibrations
 
 Array = NDArray[np.float64]
 #: Runs simulated together; bounds the memory, and the models that are kept.
@@ -72,8 +75,8 @@ class Batch:
         -------
         responses
             ``RingDown`` and ``BaseShake``: ``time`` (samples,), ``markers`` (samples, markers, 3).
-            ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  None where the run failed: see
-            ``failures``.
+            ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  ``NaturalModes``: ``frequency``
+            (modes,), ``tip`` (modes, 6).  None where the run failed: see ``failures``.
         """
         self.failures = {}
         responses: list[Response] = [None] * len(requests)
@@ -81,7 +84,10 @@ class Batch:
         for run in self._runs(requests):
             groups.setdefault(_alike(run), []).append(run)
         for runs in groups.values():
-            perform = {"RingDown": self._ring_downs, "BaseShake": self._shakes, "StaticStiffness": self._statics}
+            perform = {
+                "RingDown": self._ring_downs, "BaseShake": self._shakes,
+                "StaticStiffness": self._statics, "NaturalModes": self._modes,
+            }  # fmt: skip
             for begin in range(0, len(runs), _CHUNK):
                 for place, response in perform[runs[0].experiment.kind](runs[begin : begin + _CHUNK]):
                     responses[place] = response
@@ -91,7 +97,7 @@ class Batch:
         """Every request with its mechanism, which is built once for all experiments of a candidate."""
         built: dict[Hashable, Mechanism] = {}
         for place, request in enumerate(requests):
-            moves = request.experiment.in_motion
+            moves = not isinstance(request.experiment, StaticStiffness)
             key = (id(request.specimen), moves, *request.values.items())
             if key not in built:
                 try:
@@ -118,6 +124,16 @@ class Batch:
                 self.failures[run.place] = reason
             else:
                 yield run.place, channels
+
+    def _modes(self, runs: Sequence[_Run]) -> Iterator[tuple[int, Response]]:
+        pool = self._pool(runs[0])
+        for run in runs:
+            chain = Chain(pool.model(0, run.mechanism, ()), pool.data[0])
+            if is_sprung(chain):
+                modes = vibrations(run.mechanism, chain, run.experiment.count)
+                yield run.place, {"frequency": modes.frequencies, "tip": tip_of(chain, modes, run.request.specimen)}
+            else:
+                self.failures[run.place] = LOOSE
 
     def _ring_downs(self, runs: Sequence[_Run]) -> Iterator[tuple[int, Response]]:
         pool, first = self._pool(runs[0]), runs[0].experiment
@@ -149,20 +165,22 @@ class Batch:
 
     def _shakes(self, runs: Sequence[_Run]) -> Iterator[tuple[int, Response]]:
         pool = self._pool(runs[0])
-        ready: list[tuple[_Run, mujoco.MjModel]] = []
+        ready: list[tuple[_Run, mujoco.MjModel, Array]] = []
         for run in runs:
             e = run.experiment
             step = step_of(e, self.time_step)
             try:
-                ready.append((run, pool.moving(len(ready), run.mechanism, e.markers, step, None)))
+                model = pool.moving(len(ready), run.mechanism, e.markers, step, e.own_gravity)
+                ready.append((run, model, rest_of(Chain(model, pool.data[0]), e)))
             except NotConverged as failure:
                 self.failures[run.place] = str(failure)
-        found = orbits([model for _, model in ready], pool.data, [run.experiment for run, _ in ready])
-        for (run, model), orbit in zip(ready, found, strict=True):
+        models, experiments = [model for _, model, _ in ready], [run.experiment for run, *_ in ready]
+        found = orbits(models, pool.data, experiments, [rest for *_, rest in ready])
+        for (run, model, _), orbit in zip(ready, found, strict=True):
             e = run.experiment
             if orbit is None:
                 self.failures[run.place] = unstable(model.opt.timestep)
-            elif outcome := unsteady(e, orbit):
+            elif outcome := unsteady(orbit):
                 self.failures[run.place] = outcome["reason"]
             else:
                 yield run.place, {"time": e.times, "markers": orbit.path[:, 1:]}

@@ -7,15 +7,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from lab.materials import Frozen
 from lab.specimens import Specimen
+from lab.specimens.load_frame import LoadFrame
 from lab.units import Quantity
 from prb.assembly import Assembly
 from prb.declared_parts import BodySpec, ParameterSpec, Setting, TipSpec, written_numbers
 from prb.expressions import FUNCTIONS, Written, environment, read
-from prb.mechanism import Mechanism
+from prb.mechanism import Ballast, Mechanism
 from prb.specimen_numbers import names_of, numbers_of
 
 _NAME = re.compile(r"[A-Za-z_]\w*")
@@ -239,7 +241,24 @@ class Declaration(Frozen):
         known = environment(numbers)
         for name, written in self.define.items():
             numbers[name] = known[name] = read(written, "1")(known)
-        return self.assembly.build(numbers, specimen.tip_mass if self.tip.carries else 0.0)
+        if not self.tip.carries:
+            if specimen.load_frame:
+                raise ValueError(
+                    f"topology {self.name} has no place for the specimen's load_frame, since its tip says "
+                    "'carries: false'; allowed: no load_frame, or a topology whose tip carries"
+                )
+            return self.assembly.build(numbers, 0.0)
+        ballast = None if specimen.load_frame is None else _ballast(specimen.load_frame)
+        return self.assembly.build(numbers, specimen.tip_mass, ballast)
+
+
+def _ballast(frame: LoadFrame) -> Ballast:
+    """A load frame as a rigid body in the plane x = 0 of the tip."""
+    moments = frame.moments()
+    mass, (y, z) = moments[0, 0], moments[0, 1:] / moments[0, 0]
+    about_centre = moments[1:, 1:] - mass * np.outer([y, z], [y, z])
+    (yy, yz), (_, zz) = about_centre.tolist()
+    return Ballast(float(mass), (0.0, float(y), float(z)), ((yy + zz, 0.0, 0.0), (0.0, zz, -yz), (0.0, -yz, yy)))
 
 
 def checked(document: Any, source: str) -> Declaration:

@@ -187,7 +187,8 @@ class TipSpec(Frozen):
     """Body that ends in the specimen's tip (the last one when left out), and where (its far end); tip_mass sits there.
 
     The mass is glued to the tip face, a rectangle of these sides whose width stands at ``angle`` from +y about +x in
-    the body's frame; unless ``carries`` is false, for a declaration that has ``tip_mass`` in a body of its own.
+    the body's frame, and so is the specimen's load frame; unless ``carries`` is false, for a declaration that has
+    ``tip_mass`` in a body of its own and takes no load frame.
     """
 
     body: str = ""

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lab.sections import torsion_constant
 from lab.units import to_si
 
 #: What a number looks like in a document.
@@ -38,14 +39,6 @@ def gauss_node(index: float, count: float) -> float:
 def gauss_weight(index: float, count: float) -> float:
     """Gauss-Legendre weight on [0, 1], counted from 0."""
     return float(np.polynomial.legendre.leggauss(int(count))[1][int(index)]) / 2.0
-
-
-@cache
-def torsion_constant(width: float, thickness: float) -> float:
-    """Saint-Venant torsion constant of a rectangle, m^4 (Timoshenko & Goodier, art. 109)."""
-    odd = np.arange(1, 40, 2)
-    series = float(np.sum(np.tanh(odd * np.pi * width / (2 * thickness)) / odd**5.0))
-    return width * thickness**3 / 3.0 * (1.0 - 192.0 / np.pi**5 * thickness / width * series)
 
 
 FUNCTIONS: Mapping[str, Any] = {

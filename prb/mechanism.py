@@ -143,6 +143,25 @@ class Link:
 
 
 @dataclass(frozen=True)
+class Ballast:
+    """Rigid body that a mechanism carries at its tip.
+
+    Parameters
+    ----------
+    mass
+        kg.
+    centre
+        Of its mass, from the tip in the fixed axes with slack springs, m.
+    inertia
+        About that centre along the same axes, (3, 3), kg*m^2.
+    """
+
+    mass: float
+    centre: Vector
+    inertia: tuple[Vector, Vector, Vector]
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """Tree of links on the clamp, which is at the origin.
 
@@ -156,6 +175,8 @@ class Mechanism:
     tip_face
         Rectangle over which the tip's mass is spread, square to x: width and thickness (m), and the angle of the
         width from +y about +x in the frame of the tip's link (rad).  A point unless given.
+    ballast
+        What the tip's link carries beside that mass, such as a load frame; None: nothing.
     ties
         Springs between joints.
     tip_link, tip_place
@@ -168,6 +189,7 @@ class Mechanism:
     tip_place: Vector | None = None
     ties: tuple[Tie, ...] = ()
     tip_face: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ballast: Ballast | None = None
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:

@@ -4,13 +4,14 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from prb.mechanism import CLAMP, Branch, Hinge, Knee, Link, Mechanism, Vector
+from prb.inertia import inertial
+from prb.mechanism import CLAMP, Branch, Hinge, Knee, Mechanism, Vector
+from prb.rotations import quaternion, rest_rotation, turn_about_x
 
 Array = NDArray[np.float64]
 TIP = "tip"
@@ -79,8 +80,8 @@ def build_spec(mechanism: Mechanism, markers: Sequence[Vector] = (), time_step: 
 
 def _add_link(parent: mujoco.MjsBody, mechanism: Mechanism, number: int) -> mujoco.MjsBody:
     link = mechanism.links[number]
-    mass, centre, inertia, turn = _inertial(mechanism, number)
-    body = parent.add_body(name=link.name, pos=mechanism.place(number), quat=_quaternion(link.rotation))
+    mass, centre, inertia, turn = inertial(mechanism, number)
+    body = parent.add_body(name=link.name, pos=mechanism.place(number), quat=quaternion(link.rotation))
     body.explicitinertial, body.mass, body.ipos = True, mass, centre
     body.inertia, body.iquat = inertia, turn
     for hinge in link.hinges:
@@ -88,10 +89,10 @@ def _add_link(parent: mujoco.MjsBody, mechanism: Mechanism, number: int) -> mujo
         joint.stiffness, joint.springref = [hinge.stiffness, *hinge.higher], hinge.rest
         joint.damping = [hinge.damping, *hinge.higher_damping]
         joint.frictionloss, joint.solref_friction = hinge.friction, _STICKS
-    # The box is there to be looked at: mass and inertia are explicit, because of the point mass.
+    # The box is there to be looked at: mass and inertia are explicit, because of what the tip carries.
     size = [link.length / 2.0, link.width / 2.0, link.thickness / 2.0]
     body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=[size[0], 0.0, 0.0], quat=_turn_about_x(link.angle),
+        type=mujoco.mjtGeom.mjGEOM_BOX, size=size, pos=[size[0], 0.0, 0.0], quat=turn_about_x(link.angle),
         contype=0, conaffinity=0,
     )  # fmt: skip
     return body
@@ -154,68 +155,9 @@ def _sites(mechanism: Mechanism, markers: Sequence[Vector]) -> dict[str, Array]:
     """Tip and markers in the frame of the tip's link, m."""
     number, tip = mechanism.tip
     places = np.array(markers, dtype=np.float64).reshape(-1, 3)
-    turn = _rest_rotation(mechanism, number)
+    turn = rest_rotation(mechanism, number)
     inside = tip + (places if turn is None else places @ turn)
     return {TIP: np.array(tip)} | {f"marker{i}": place for i, place in enumerate(inside)}
-
-
-def _rest_rotation(mechanism: Mechanism, number: int) -> Array | None:
-    """Rotation of a link's frame with slack springs, (3, 3); None: none."""
-    turn = None
-    while number != CLAMP:
-        link = mechanism.links[number]
-        steps = [link.rotation, *(tuple(h.rest * a for a in h.axis) for h in link.hinges if h.kind == "rotation")]
-        for step in reversed(steps):
-            if any(step):
-                matrix = np.empty(9)
-                mujoco.mju_quat2Mat(matrix, _quaternion(step))
-                turn = matrix.reshape(3, 3) @ (np.eye(3) if turn is None else turn)
-        number = mechanism.parent(number)
-    return turn
-
-
-def _quaternion(rotation: Sequence[float]) -> Array:
-    """Quaternion of a rotation vector (rad), (4,)."""
-    if not any(rotation):
-        return np.array([1.0, 0.0, 0.0, 0.0])
-    angle = float(np.linalg.norm(rotation))
-    return np.concatenate([[np.cos(angle / 2.0)], np.sin(angle / 2.0) / angle * np.array(rotation)])
-
-
-def _turn_about_x(angle: float) -> list[float]:
-    return [float(np.cos(angle / 2.0)), float(np.sin(angle / 2.0)), 0.0, 0.0]
-
-
-def _inertial(mechanism: Mechanism, number: int) -> tuple[float, Vector, Any, Any]:
-    """Mass (kg), its centre in the link's frame (m), moments of inertia there (kg*m^2), and their axes."""
-    link = mechanism.links[number]
-    x2, y2, z2 = (side**2 * link.mass / 12.0 for side in (link.length, link.width, link.thickness))
-    if mechanism.tip_mass and number == mechanism.tip[0]:
-        return _with_tip(link, (y2 + z2, x2 + z2, x2 + y2), mechanism)
-    return link.mass, (link.length / 2.0, 0.0, 0.0), (y2 + z2, x2 + z2, x2 + y2), _turn_about_x(link.angle)
-
-
-def _with_tip(link: Link, moments: Vector, mechanism: Mechanism) -> tuple[float, Vector, Array, Array]:
-    """``_inertial`` of the link that carries the tip's mass, a thin plate."""
-    (width, thickness, angle), tip_mass = mechanism.tip_face, mechanism.tip_mass
-    plate = np.array([width**2 + thickness**2, thickness**2, width**2]) * tip_mass / 12.0
-    tip, middle = np.array(mechanism.tip[1]), np.array([link.length / 2.0, 0.0, 0.0])
-    mass = link.mass + tip_mass
-    centre = (link.mass * middle + tip_mass * tip) / mass
-    total = np.zeros((3, 3))
-    for share, values, turned, place in ((link.mass, moments, link.angle, middle), (tip_mass, plate, angle, tip)):
-        turn, arm = _matrix_about_x(turned), place - centre
-        total += turn @ np.diag(values) @ turn.T + share * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    principal, axes = np.linalg.eigh(total)
-    axes[:, 2] *= np.sign(np.linalg.det(axes))
-    quaternion = np.empty(4)
-    mujoco.mju_mat2Quat(quaternion, axes.ravel())
-    return mass, tuple(centre.tolist()), principal, quaternion
-
-
-def _matrix_about_x(angle: float) -> Array:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]])
 
 
 def compile_mechanism(
@@ -249,14 +191,14 @@ def write_mechanism(
     a mechanism's numbers is written; ``data`` is scratch of the same sizes.
     """
     for number, link in enumerate(mechanism.links):
-        mass, centre, inertia, turn = _inertial(mechanism, number)
+        mass, centre, inertia, turn = inertial(mechanism, number)
         body, half = number + 1, link.length / 2.0
         model.body_pos[body] = mechanism.place(number)
-        model.body_quat[body] = _quaternion(link.rotation)
+        model.body_quat[body] = quaternion(link.rotation)
         model.body_mass[body], model.body_ipos[body] = mass, centre
         model.body_inertia[body], model.body_iquat[body] = inertia, turn
         model.geom_size[number] = half, link.width / 2.0, link.thickness / 2.0
-        model.geom_pos[number, 0], model.geom_quat[number] = half, _turn_about_x(link.angle)
+        model.geom_pos[number, 0], model.geom_quat[number] = half, turn_about_x(link.angle)
     _write_hinges(model, mechanism.hinges)
     branches = [branch for *_, branch in _branches(mechanism)]
     if branches:

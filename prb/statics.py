@@ -136,6 +136,15 @@ class Chain:
         far = data.xpos[bodies] + 2.0 * self.model.geom_size[:, :1] * data.xmat[bodies][:, ::3]
         return np.stack([data.xpos[bodies], far], axis=1).reshape(-1, 3)
 
+    def plates(self, joints: Array) -> Array:
+        """Corners of the middle plane of every link that is drawn, in order around it, (4 links, 3), m."""
+        self.tip(joints)
+        data, half = self.data, self.model.geom_size
+        axes = data.geom_xmat.reshape(-1, 3, 3)
+        along, across = half[:, :1] * axes[:, :, 0], half[:, 1:2] * axes[:, :, 1]
+        signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+        return np.stack([data.geom_xpos + a * along + b * across for a, b in signs], axis=1).reshape(-1, 3)
+
     def energy(self, joints: Array) -> float:
         """Elastic energy of the joints, J."""
         return self.laws.energy(joints)

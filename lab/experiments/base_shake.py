@@ -1,5 +1,6 @@
 """Steady orbit of the tip of a shaken beam (5.4.1)."""
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -18,15 +19,20 @@ Metre = Annotated[float, Quantity("m", "mm")]
 
 #: Harmonics of the path that are told, the first included.
 HARMONICS = 3
+#: Periods over which the shrinking of the transient is measured.
+_LOOK = 8
+#: Slower shrinking than this in a period cannot be told from the rounding of the steps.
+_SLOWEST = 0.995
 
 
 class BaseShake(Frozen):
     """The clamp moves along z as A sin(2 pi f t) until the tip repeats its path in every period.
 
-    The amplitude A rises smoothly over the first periods.  The orbit is steady when ``change`` between two whole
-    periods at full amplitude falls below ``tolerance``; after ``max_periods``, those of the rise included, a
-    performer gives up (status ``diverged``, with the path that it reached).  A transient that shrinks by q in every
-    period leaves about change / (1 - q): lightly damped beams want a smaller tolerance.  One frequency is one sample.
+    The amplitude A rises smoothly over the first periods, and not faster than ``rise``: a rise of some periods of the
+    slowest natural mode leaves little transient.  The orbit is steady when what is left of the transient, as the
+    changes from period to period tell it (``remaining``), falls below ``tolerance``; after ``max_periods``, those of
+    the rise included, a performer gives up (status ``diverged``, with the path that it reached).  One frequency is one
+    sample.
     Without ``own_weight`` gravity is left out: the text does not say how the shaker stood.  With it, gravity acts on
     the beam and on what its tip carries, and rest is the equilibrium under it, as in ``RingDown``.
 
@@ -44,8 +50,9 @@ class BaseShake(Frozen):
     frequency: Annotated[float, Quantity("Hz", "Hz"), Field(gt=0)] = 15.0
     amplitude: Annotated[float, Quantity("m", "mm"), Field(gt=0)] = 0.002
     ramp_periods: float = Field(5.0, ge=0, description="Periods within which the amplitude rises; 0: at once.")
-    tolerance: float = Field(1e-3, gt=0, lt=1, description="Largest change between periods over the path's size.")
-    max_periods: int = Field(200, ge=2, description="Periods after which an orbit counts as unsteady.")
+    rise: Annotated[float, Quantity("s", "s"), Field(ge=0, description="Least time of the rise.")] = 0.0
+    tolerance: float = Field(1e-3, gt=0, lt=1, description="Transient that may be left over the path's size.")
+    max_periods: int = Field(400, ge=2, description="Periods after which an orbit counts as unsteady.")
     gravity: Annotated[float, Quantity("m/s^2", "m/s^2"), Field(gt=0)] = 9.81
     #: Direction of gravity from +y about +x (180 deg: along -y, y being up).  None: left out.
     own_weight: Annotated[float, Quantity("rad", "deg"), Field(ge=-np.pi, le=np.pi)] | None = None
@@ -56,12 +63,17 @@ class BaseShake(Frozen):
 
     @model_validator(mode="after")
     def _lets_two_periods_be_compared(self) -> Self:
-        if self.max_periods < self.ramp_periods + 2:
+        if self.max_periods < self.rising_periods + 3:
             raise ValueError(
-                f"max_periods must leave two periods after the rise of {self.ramp_periods:g}: {self.max_periods} is "
-                "too few"
+                f"max_periods must leave three periods after the rise of {self.rising_periods:g}: {self.max_periods} "
+                "is too few"
             )
         return self
+
+    @property
+    def rising_periods(self) -> float:
+        """Periods within which the amplitude rises."""
+        return max(self.ramp_periods, self.rise * self.frequency)
 
     @property
     def period(self) -> float:
@@ -81,7 +93,7 @@ class BaseShake(Frozen):
     @property
     def base(self) -> SmoothShake:
         """Motion of the clamp from rest at t = 0."""
-        return SmoothShake((0.0, 0.0, self.amplitude), self.frequency, self.ramp_periods * self.period)
+        return SmoothShake((0.0, 0.0, self.amplitude), self.frequency, self.rising_periods * self.period)
 
     @property
     def own_gravity(self) -> tuple[float, float, float] | None:
@@ -99,6 +111,25 @@ class BaseShake(Frozen):
         size = float(np.linalg.norm(after, axis=-1).max())
         change = float(np.linalg.norm(after - before, axis=-1).max())
         return change / size if size else float(change > 0.0)
+
+    @staticmethod
+    def remaining(changes: Sequence[float]) -> float:
+        """Transient that is left after some periods at full amplitude, over the path's size; inf if that is not known.
+
+        A free vibration that shrinks by q in every period changes the path by at least 1 - q of itself, so no more
+        than change / (1 - q) is left.  The changes tell q, over several periods where there are so many.
+
+        Parameters
+        ----------
+        changes
+            ``change`` from each period at full amplitude to the next, in their order.
+        """
+        look = min(len(changes) - 1, _LOOK)
+        if look < 1:
+            return float("inf")
+        before, now = changes[-1 - look], changes[-1]
+        shrinking = (now / before) ** (1.0 / look) if before else 1.0
+        return float(now / (1.0 - min(shrinking, _SLOWEST)))
 
     def path(self, record: Record) -> Array:
         """The mean marker's path across the beam over the last period, (samples, 2), m: y and z, as ``seen_from``."""

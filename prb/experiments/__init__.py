@@ -7,6 +7,7 @@ from lab.experiments import Experiment
 from lab.records import Record
 from lab.specimens import Specimen
 from prb.experiments.base_shake import base_shake
+from prb.experiments.natural_modes import natural_modes
 from prb.experiments.ring_down import ring_down
 from prb.experiments.static_stiffness import static_stiffness
 from prb.model import PrbModel
@@ -14,6 +15,7 @@ from prb.model import PrbModel
 #: Performer of each kind of experiment: ``(specimen, experiment, model) -> Record``.
 PERFORMERS: Mapping[str, Callable[[Specimen, Any, PrbModel], Record]] = {
     "BaseShake": base_shake,
+    "NaturalModes": natural_modes,
     "RingDown": ring_down,
     "StaticStiffness": static_stiffness,
 }

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.experiments import RingDown
-from lab.records import Channel, Fields, Record, channels
+from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
-from prb.experiments.common import heading, how
+from prb.experiments.common import heading, how, links_as_lines
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
 from prb.release import Motion, extrapolated, refusal, steps_per_sample, unstable
@@ -19,7 +19,6 @@ from prb.statics import Chain, Load, NotConverged, hang
 Array = NDArray[np.float64]
 #: States kept for pictures, and the time they cover, s.
 _STATES, _PICTURED = 12, 0.060
-_VTK_LINE = 3
 
 
 @dataclass(frozen=True)
@@ -72,11 +71,12 @@ def ring_down(specimen: Specimen, experiment: RingDown, model: PrbModel) -> Reco
         return Record(**head, how=facts, status="diverged", reason=unstable(step))
     facts = how(specimen, model, wall_time, time_step=step, seconds_per_10_s=_seconds_per_10_s(bench, start))
     time = np.arange(experiment.samples) / experiment.rate
+    pictured = int(np.searchsorted(time, _PICTURED, side="right"))
     return Record(
         **head,
         channels=_channels(time, motion.positions[0] - chain.sites(rest)),
         how=facts,
-        fields=_fields(chain, time, motion.joints[0], rest),
+        fields=links_as_lines(chain, time[:pictured], motion.joints[0, :pictured], rest, _STATES),
     )
 
 
@@ -93,13 +93,3 @@ def _channels(time: Array, displacements: Array) -> dict[str, Channel]:
         Channel("markers", "m", displacements[:, 1:], ("time", "marker", "axis"), "marker displacement from rest"),
         Channel("tip", "m", displacements[:, 0], ("time", "axis"), "displacement of the tip's centre"),
     )
-
-
-def _fields(chain: Chain, time: Array, joints: Array, rest: Array) -> Fields:
-    last = np.searchsorted(time, _PICTURED, side="right") - 1
-    shown = np.unique(np.linspace(0, last, _STATES).round().astype(int))
-    nodes = chain.nodes(rest)
-    displacement = np.array([chain.nodes(joints[i]) - nodes for i in shown])
-    cells = np.arange(len(nodes), dtype=np.int64).reshape(-1, 2)
-    channel = Channel("displacement", "m", displacement, ("state", "point", "axis"), "displacement of the links' ends")
-    return Fields(nodes, cells, _VTK_LINE, time[shown], {"displacement": channel})

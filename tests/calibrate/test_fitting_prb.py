@@ -8,7 +8,7 @@ import pytest
 import prb
 from calibrate.fitting import fit, target
 from calibrate.spec import DataSpec, Fit, Search
-from lab.experiments import BaseShake, RingDown, StaticStiffness
+from lab.experiments import BaseShake, NaturalModes, RingDown, StaticStiffness
 from lab.specimens import TwistedBeam
 from prb.model import PrbModel
 
@@ -119,6 +119,18 @@ def test_two_specimens_share_their_material():
     given = CHAIN.model_copy(update={"parameters": {"GJ": MATERIAL["GJ"], "tau_t": MATERIAL["tau_t"]}})
     result = fit(spec(("E", "tau")), given, used, threads=2)
     assert result.values() == pytest.approx({"E": MATERIAL["E"], "tau": MATERIAL["tau"]}, rel=0.01)
+
+
+def test_natural_modes_tell_the_stiffness():
+    modes = made("modes", NaturalModes(count=4), CHAIN, MATERIAL)
+    given = CHAIN.model_copy(update={"parameters": {**MATERIAL, "E": 40e6}})
+    free = {"E": (30e6, 120e6), "GJ": (1e-3, 2e-2)}
+    result = fit(spec(free, objective="relative"), given, [modes], threads=2)
+    assert result.values() == pytest.approx({name: MATERIAL[name] for name in free}, rel=1e-6)
+    assert list(result.targets[0].entries) == ["f_1", "f_2", "f_3", "f_4"]
+    six = made("modes", NaturalModes(), CHAIN, MATERIAL)
+    with pytest.raises(ValueError, match=r"record modes: the model has no f_6 to follow; it has f_1, .*, f_5$"):
+        fit(spec(("k",), objective="relative"), FIVE, [six])
 
 
 def test_a_shake_is_predicted_and_fitted():

@@ -7,7 +7,8 @@ import pytest
 
 from calibrate.spec import DataSpec
 from calibrate.targets import target
-from lab.experiments import RingDown, StaticStiffness
+from lab.experiments import NaturalModes, RingDown, StaticStiffness
+from lab.records import Channel, Record, channels
 from lab.specimens import TwistedBeam
 
 BEAM, RING = TwistedBeam(), RingDown(duration=0.1)
@@ -29,6 +30,27 @@ def with_markers(record, values, time=None):
 def test_defaults_follow_the_experiment(bench):
     assert bench.target("a", RING).quantities == ("markers",)
     assert bench.target("a", StaticStiffness()).quantities == ("k_yy", "k_yz", "k_zy", "k_zz", "n_xx")
+
+
+def modes(*frequencies):
+    tip = Channel("tip", "m, rad", np.ones((len(frequencies), 6)), ("mode", "dof"))
+    found = channels(Channel("frequency", "Hz", np.array(frequencies), ("mode",)), tip)
+    return Record("fea", "shell", BEAM.model_dump(mode="json"), {"kind": "NaturalModes"}, found)
+
+
+def test_natural_modes_are_followed_by_their_frequencies():
+    found = target("a", BEAM, NaturalModes(count=6), modes(30.0, 90.0, 200.0), data())
+    assert {name: scalar.value for name, scalar in found.scalars().items()} == {"f_1": 30.0, "f_2": 90.0, "f_3": 200.0}
+    assert not found.channels
+    first = target("a", BEAM, NaturalModes(), modes(30.0, 90.0), data(quantities=["f_1"]))
+    assert list(first.scalars()) == ["f_1"]
+
+
+@pytest.mark.parametrize("channel", ["frequency", "tip"])
+def test_channels_of_natural_modes_are_not_followed(channel):
+    message = rf"record a \(fea, shell\): of natural modes the numbers f_1, f_2, ... are followed, not {channel}$"
+    with pytest.raises(ValueError, match=message):
+        target("a", BEAM, NaturalModes(), modes(30.0, 90.0), data(quantities=["f_1", channel]))
 
 
 def test_numbers_are_reduced_or_taken_from_the_record(bench):

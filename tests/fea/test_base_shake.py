@@ -7,11 +7,13 @@ import pytest
 
 from fea import FeaModel, perform
 from fea.carrier import Carrier
+from fea.hanging import hang
 from fea.setting_up import make_part
 from fea.shell_motion import ShellMotion
 from lab.experiments import BaseShake
 from lab.materials import Material
 from lab.specimens import TwistedBeam
+from lab.specimens.load_frame import LoadFrame
 from meshes.block import beam_mesh, beam_surface
 from meshes.options import MeshOptions
 
@@ -25,13 +27,19 @@ def shaken(experiment, specimen=SPECIMEN, model=MODEL):
 
 
 def linear_path(experiment, specimen=SPECIMEN):
-    """Path of the tip's centre (samples, 3), m, by a complex solution of the linear equations."""
+    """Path of the tip's centre (samples, 3), m, from rest by a complex solution of the equations linear about it."""
     part = make_part(specimen, MODEL, beam_surface(specimen, COARSE))
     motion, w = ShellMotion(part, {"tip": specimen.tip_mass}), 2 * np.pi * experiment.frequency
+    gravity, rest = experiment.own_gravity, np.zeros((part.nodes, 3))
+    if gravity is not None:
+        rest = hang(part, specimen, MODEL, gravity).rest
     pattern, taken = part.pattern.restrict(motion.free)
-    stiffness = pattern.full(part.tangent(np.zeros((part.nodes, 3)))[1][taken]).toarray()
+    elastic = part.tangent(rest)[1]
+    # Viscous stress of the strain's rate alone: that of rest is taken out.
+    viscous = part.tangent(rest, 1.0, -part.strains(rest))[1] - elastic
+    stiffness, damping = (pattern.full(data[taken]).toarray() for data in (elastic, viscous))
     carried = part.pattern.full(part.mass({"tip": specimen.tip_mass})).toarray()[motion.free][:, 2::3].sum(axis=1)
-    dynamic = stiffness * (1 + 1j * w * part.material.viscous_time) - w**2 * motion.mass.toarray()
+    dynamic = stiffness + 1j * w * part.material.viscous_time * damping - w**2 * motion.mass.toarray()
     shape = np.zeros(3 * part.nodes, complex)
     shape[motion.free] = np.linalg.solve(dynamic, w**2 * experiment.amplitude * carried)
     carrier = Carrier(part, np.zeros((1, 3)))
@@ -49,6 +57,46 @@ def test_small_orbit_is_that_of_the_linear_equations(frequency):
     # Steps of 0.65 and 0.7 ms leave some 0.3 % beside resonance.
     assert np.abs(record["tip"] - expected)[:, 1:].max() < 0.01 * np.abs(expected).max()
     assert record["time"][-1] == pytest.approx(1 / frequency)
+
+
+HEAVY = TwistedBeam(
+    twist=np.pi / 2, tip_mass=5e-3, load_frame=LoadFrame(width=0.02, height=0.02, mass=5e-3, load=2e-3),
+    material=Material(viscous_time=15e-3),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("own_weight", [-np.pi / 2, np.pi])
+def test_small_orbit_about_a_sagged_rest_is_that_of_the_equations_linear_there(own_weight):
+    experiment = BaseShake(frequency=12.0, amplitude=1e-6, tolerance=1e-3, own_weight=own_weight)
+    record = shaken(experiment, HEAVY)
+    assert record.completed, record.reason
+    expected = linear_path(experiment, HEAVY)
+    level = linear_path(experiment.model_copy(update={"own_weight": None}), HEAVY)
+    assert np.abs(record["tip"] - expected).max() < 0.01 * np.abs(expected).max()
+    # Where the beam sags is felt: without it the path is another.
+    assert np.abs(record["tip"] - level).max() > 0.03 * np.abs(expected).max()
+    assert record.how["history"]["static"]
+    json.dumps(record.how)
+
+
+def test_mirror_law_holds_with_frame_and_gravity():
+    """The mirror image in z = 0 of beam, frame and shake: the clamp runs the other way, half a period apart."""
+    experiment = BaseShake(frequency=12.0, own_weight=np.pi)
+    one, other = shaken(experiment, HEAVY), shaken(experiment, HEAVY.mirrored())
+    assert one.completed, one.reason
+    later = np.roll(one["markers"][:-1], -experiment.samples_per_period // 2, axis=0)
+    mirrored = later * np.array([1.0, 1.0, -1.0])
+    np.testing.assert_allclose(other["markers"][:-1], mirrored, atol=3e-3 * np.abs(mirrored).max())
+    first, second = experiment.reduce(one), experiment.reduce(other)
+    assert first["sense"].value == -second["sense"].value != 0
+
+
+def test_a_beam_too_heavy_to_stand_its_weight_is_said_to_be_so():
+    record = shaken(BaseShake(own_weight=0.5), SPECIMEN.model_copy(update={"mass": 1e9}))
+    assert record.status == "diverged"
+    assert record.reason.startswith("the own weight was reached to")
+    assert record.fields.point_data["displacement"].values.shape[0] == 1
+    json.dumps(record.how)
 
 
 def test_record_says_how_steady_it_is():
@@ -76,10 +124,26 @@ def test_opposite_chirality_mirrors_the_orbit():
     assert first["tilt"].value == pytest.approx(-second["tilt"].value, abs=1e-3)
 
 
+@pytest.mark.parametrize("specimen", [SPECIMEN, HEAVY])
+def test_longer_steps_of_slow_shakes_change_the_orbit_by_little(specimen):
+    experiment = BaseShake(frequency=3.0, tolerance=1e-4)
+    counts = np.array([512, 256, 128, 64])
+    models = [MODEL.model_copy(update={"steps_per_period": int(count)}) for count in counts]
+    records = [shaken(experiment, specimen, model) for model in models]
+    steps = [record.how["history"]["dynamic"]["time_step"] for record in records]
+    np.testing.assert_allclose(steps, 1 / (3 * counts))
+    fine = records[0]["markers"]
+    errors = np.array([np.abs(record["markers"] - fine).max() / np.abs(fine).max() for record in records[1:]])
+    assert errors[0] < 3e-4
+    # Second order.
+    assert errors[2] / errors[1] == pytest.approx(4.0, rel=0.2)
+
+
 def test_an_orbit_that_is_not_steady_is_no_result_but_keeps_its_path():
     record = shaken(BaseShake(frequency=24.0, max_periods=8, tolerance=1e-6))
     assert record.status == "diverged"
     assert "not steady after 8 periods" in record.reason
+    assert "more than the 0.0001 % that is allowed may be left" in record.reason
     assert record["markers"].shape == (65, 1, 3)
     assert record.scalars["periods"].value == 8
 

@@ -5,7 +5,7 @@ import pytest
 
 from fea import FeaModel, perform
 from fea.batch import Batch
-from lab.experiments import BaseShake, RingDown, StaticStiffness
+from lab.experiments import BaseShake, NaturalModes, RingDown, StaticStiffness
 from lab.fields import with_numbers
 from lab.requests import Request
 from lab.specimens import TwistedBeam
@@ -23,6 +23,7 @@ RELEASE = RingDown(duration=0.01, load_mass=0.02)
         (RELEASE, ("time", "markers")),
         (StaticStiffness(translation=1e-3, rotation=0.1, increments=1), ("leg", "motion", "wrench")),
         (BaseShake(frequency=24.0), ("time", "markers")),
+        (NaturalModes(count=2), ("frequency", "tip")),
     ],
 )
 def test_gives_what_perform_gives(experiment, names):

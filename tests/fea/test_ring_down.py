@@ -8,7 +8,8 @@ import pytest
 from fea import FeaModel, perform
 from fea.carrier import Carrier
 from fea.dynamics import Dynamics
-from fea.ring_down import _DYNAMIC_TOLERANCE, _hang
+from fea.hanging import hang
+from fea.ring_down import _DYNAMIC_TOLERANCE, hanging_load
 from fea.setting_up import make_part
 from lab.experiments import RingDown
 from lab.materials import Material
@@ -107,7 +108,7 @@ def test_reactions_balance_a_weight_at_its_place_when_it_hangs_low(element):
     experiment = RingDown(load_place=(0.0, 0.001, 0.008), direction=0.3, own_weight=-1.0)
     part = make_part(specimen, model, (beam_surface if element == "shell" else beam_mesh)(specimen, HELD))
     carrier = Carrier(part, np.array([experiment.load_place]))
-    start = _hang(part, carrier, specimen, experiment, model)
+    start = hang(part, specimen, model, experiment.own_gravity, hanging_load(carrier, part, experiment))
     run, root = start.run, part.boundary("root")
     held = run.problem.out_of_balance(run.state(), 2.0)[root]
     force, moved = np.array(experiment.load), part.points + start.hung

@@ -172,9 +172,30 @@ def test_the_clamp_rises_smoothly_and_ends_as_the_sine_that_the_record_is_timed_
     assert not experiment.base.acceleration(np.zeros(1)).any()
 
 
-def test_an_orbit_needs_two_periods_after_the_rise():
-    with pytest.raises(ValidationError, match="two periods after the rise of 5: 6 is too few"):
-        BaseShake(max_periods=6)
+def test_an_orbit_needs_three_periods_after_the_rise():
+    with pytest.raises(ValidationError, match="three periods after the rise of 5: 7 is too few"):
+        BaseShake(max_periods=7)
+    with pytest.raises(ValidationError, match="three periods after the rise of 40: 42 is too few"):
+        BaseShake(max_periods=42, rise=2.0, frequency=20.0)
+
+
+@pytest.mark.parametrize(("frequency", "damping", "drive"), [(6.0, 0.02, 45.0), (27.0, 0.08, 3.0), (12.0, 0.3, 11.0)])
+def test_what_is_left_of_a_transient_is_told_by_the_changes(frequency, damping, drive):
+    """Of a free vibration the changes are |z - 1| |z|^n; what is left may be overrated, never underrated."""
+    rate = 2 * np.pi * frequency * (-damping + 1j * np.sqrt(1 - damping**2))
+    transient = np.abs(np.exp(rate / drive * np.arange(1, 30)))
+    changes = np.abs(np.diff(np.exp(rate / drive * np.arange(1, 30))))
+    for count in (2, 5, 28):
+        left = BaseShake.remaining(changes[:count])
+        assert transient[count] <= left
+        assert left <= 2.01 * changes[count - 1] / (1 - np.exp(rate.real / drive))
+    assert BaseShake.remaining(changes[:1]) == np.inf
+
+
+def test_rounding_does_not_keep_an_orbit_from_being_steady():
+    assert BaseShake.remaining([1e-2, 1e-4, 1e-6, 1.1e-6, 0.9e-6, 1e-6]) < 1e-5
+    assert BaseShake.remaining([1e-6] * 12) == pytest.approx(2e-4)
+    assert BaseShake.remaining([0.0, 0.0]) == 0.0
 
 
 def test_smooth_shake_is_its_own_derivative():

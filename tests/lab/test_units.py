@@ -48,6 +48,24 @@ def test_units_round_trip(value):
     assert to_si(f"{from_si(value, 'Pa', 'MPa')!r} MPa", "Pa") == pytest.approx(value, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("unit", "shown_in"),
+    [("m", "mm"), ("rad", "deg"), ("Pa", "MPa"), ("N/m", "N/mm"), ("kg/m^3", "kg/m^3"), ("N*m/rad", "N*mm/deg"),
+     ("m/s", "km/hour")],
+)  # fmt: skip
+def test_si_is_shown_as_pint_shows_it(unit, shown_in):
+    import pint
+
+    expected = pint.UnitRegistry().Quantity(0.7, unit).to(shown_in).magnitude
+    for _ in range(2):  # the second one by what is kept of the first
+        assert from_si(0.7, unit, shown_in) == pytest.approx(expected, rel=1e-15)
+
+
+def test_a_value_is_not_shown_in_another_dimension():
+    with pytest.raises(Exception, match="Cannot convert"):
+        from_si(1.0, "m", "kg")
+
+
 def test_quantities_are_shown_in_the_usual_unit():
     assert Quantity("rad", "deg").show(math.pi / 4) == "45 deg"
 

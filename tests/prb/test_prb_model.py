@@ -13,7 +13,6 @@ from lab.experiments import RingDown
 from lab.materials import Material
 from lab.specimens import TwistedBeam
 from lab.units import WRITTEN_BY_HAND
-from prb.expressions import torsion_constant
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
 from prb.statics import Chain
@@ -152,11 +151,6 @@ def test_only_slides_are_locked_in_motion():
     assert len(chain.hinges) == 12
     assert all(h.kind == "rotation" for h in chain.in_motion.hinges)
     assert len(chain.in_motion.hinges) == 9
-
-
-def test_torsion_constant_of_a_square_and_of_a_strip():
-    assert torsion_constant(1.0, 1.0) == pytest.approx(0.140577, rel=1e-4)  # Timoshenko & Goodier, table
-    assert torsion_constant(100.0, 1.0) == pytest.approx(100 / 3 * (1 - 0.63 / 100), rel=1e-4)
 
 
 def test_pre_twist_stiffens_in_torsion():

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import prb
-from lab.experiments import BaseShake, RingDown, StaticStiffness
+from lab.experiments import BaseShake, NaturalModes, RingDown, StaticStiffness
 from lab.materials import Material
 from lab.measures import dominant_mode, tracking_error
 from lab.requests import Request
@@ -226,7 +226,14 @@ def test_the_stability_limit_is_that_of_the_oscillator():
 def test_a_batch_takes_experiments_of_any_kind_and_sampling():
     specimens = [BEAM, TwistedBeam(mass=0.00517, twist=1.0)]
     one_marker = RingDown(rate=100.0, markers=((0.0, 0.0, 0.01),))
-    experiments = [StaticStiffness(increments=1), BaseShake(), RingDown(), one_marker, RingDown(direction=1.0)]
+    experiments = [
+        StaticStiffness(increments=1),
+        BaseShake(),
+        NaturalModes(),
+        RingDown(),
+        one_marker,
+        RingDown(direction=1.0),
+    ]
     batch, chain = Batch(TOPOLOGIES["gauss-chain"]), PrbModel(topology="gauss-chain")
     requests = [Request(s, e, chain.values(s)) for s in specimens for e in experiments]
     for request, response in zip(requests, batch(requests), strict=True):
