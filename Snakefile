@@ -10,6 +10,7 @@ if not config:
 
 
 plan, study = resolve(config, workflow.configfiles)
+answers = plan.outputs("lab", "fea", "prb", "fit")
 
 
 wildcard_constraints:
@@ -24,10 +25,12 @@ localrules:
     report,
 
 
+# The answers stand here too, since Snakemake looks for a lost file only where its target needs it.
 rule all:
     input:
         plan.folder / "report.html",
         plan.folder / "study.h5",
+        answers,
 
 
 rule mesh:
@@ -80,7 +83,7 @@ rule fea:
     threads: 1
     resources:
         mem_mb=1500,
-        runtime=15,
+        runtime=60,
     params:
         study=study,
         job=lambda w: plan.jobs["fea"][w.id].params,
@@ -88,24 +91,30 @@ rule fea:
         "python -m pipeline fea {params.study} {wildcards.id:q} -o {output:q} > {log:q} 2>&1"
 
 
-rule prb:
-    input:
-        lambda w: plan.jobs["prb"][w.id].inputs,
-    output:
-        ensure(plan.folder / "prb/{id}.vtkhdf", non_empty=True),
-    log:
-        plan.folder / "logs/prb/{id}.log",
-    benchmark:
-        plan.folder / "benchmarks/prb/{id}.tsv"
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=5,
-    params:
-        study=study,
-        job=lambda w: plan.jobs["prb"][w.id].params,
-    shell:
-        "python -m pipeline prb {params.study} {wildcards.id:q} -o {output:q} > {log:q} 2>&1"
+# A PRB sample takes less time than its process: one job makes many, and each still has its own file.
+for batch in plan.batches.values():
+
+    rule:
+        name:
+            f"prb_{batch.id}"
+        input:
+            batch.inputs,
+        output:
+            ensure(batch.outputs, non_empty=True),
+        log:
+            plan.folder / f"logs/prb/{batch.id}.log",
+        benchmark:
+            plan.folder / f"benchmarks/prb/{batch.id}.tsv"
+        threads: 1
+        resources:
+            mem_mb=1000,
+            runtime=30,
+        params:
+            study=study,
+            batch=batch.id,
+            samples=batch.digest,
+        shell:
+            "python -m pipeline prb {params.study} {params.batch:q} > {log:q} 2>&1"
 
 
 rule fit:
@@ -132,32 +141,21 @@ rule fit:
 
 rule collect:
     input:
-        plan.outputs("lab"),
-        plan.outputs("fea"),
-        plan.outputs("prb"),
-        plan.outputs("fit"),
+        answers,
     output:
         ensure(plan.folder / "study.h5", non_empty=True),
     log:
         plan.folder / "logs/collect.log",
     params:
         study=study,
-        job=plan.whole(
-            "results.collection",
-            "results.store",
-            "pipeline.stages.collect",
-            "pipeline.stages.gather",
-        ),
+        job=plan.whole,
     shell:
         "python -m pipeline collect {params.study} > {log:q} 2>&1"
 
 
 rule compare:
     input:
-        plan.outputs("lab"),
-        plan.outputs("fea"),
-        plan.outputs("prb"),
-        plan.outputs("fit"),
+        answers,
         plan.own_lab_files(),
     output:
         plan.folder / "accuracy.csv",
@@ -168,25 +166,14 @@ rule compare:
         plan.folder / "logs/compare.log",
     params:
         study=study,
-        job=plan.whole(
-            "lab",
-            "results.accuracy",
-            "results.fit_tables",
-            "results.summary",
-            "results.tables",
-            "pipeline.stages.compare",
-            "pipeline.stages.gather",
-        ),
+        job=plan.whole,
     shell:
         "python -m pipeline compare {params.study} > {log:q} 2>&1"
 
 
 rule ledger:
     input:
-        plan.outputs("lab"),
-        plan.outputs("fea"),
-        plan.outputs("prb"),
-        plan.outputs("fit"),
+        answers,
         plan.own_lab_files(),
     output:
         plan.folder / "ledger.csv",
@@ -196,24 +183,14 @@ rule ledger:
         plan.folder / "logs/ledger.log",
     params:
         study=study,
-        job=plan.whole(
-            "lab",
-            "results.ledger",
-            "results.accuracy",
-            "pipeline.stages.compare",
-            "pipeline.stages.gather",
-            "pipeline.stages.ledger",
-        ),
+        job=plan.whole,
     shell:
         "python -m pipeline ledger {params.study} > {log:q} 2>&1"
 
 
 rule pictures:
     input:
-        plan.outputs("lab"),
-        plan.outputs("fea"),
-        plan.outputs("prb"),
-        plan.outputs("fit"),
+        answers,
         plan.own_lab_files(),
     output:
         plan.folder / "pictures/index.json",
@@ -221,12 +198,7 @@ rule pictures:
         plan.folder / "logs/pictures.log",
     params:
         study=study,
-        job=plan.whole(
-            "results.figures",
-            "results.scenes",
-            "pipeline.stages.pictures",
-            "pipeline.stages.gather",
-        ),
+        job=plan.whole,
     shell:
         "python -m pipeline pictures {params.study} > {log:q} 2>&1"
 
@@ -243,6 +215,6 @@ rule report:
         plan.folder / "logs/report.log",
     params:
         study=study,
-        job=plan.whole("results", "pipeline.stages.report"),
+        job=plan.whole,
     shell:
         "python -m pipeline report {params.study} > {log:q} 2>&1"

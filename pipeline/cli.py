@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from pipeline.plan import Plan
 
 OK, SAMPLE_FAILED, WRONG_INPUT = 0, 1, 2
+#: Jobs that a message names.
+MOST_NAMED = 10
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -54,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
         ("mesh", "mesh", "beam_16x4x2_0ba9cf54 -o beam.msh"),
         ("lab", "sample", "release.lab.single -o sample.vtkhdf"),
         ("fea", "sample", "table.fea-datasheet.twist=90deg -o sample.vtkhdf"),
-        ("prb", "sample", "ring-down.prb-published.direction=0deg -o sample.vtkhdf"),
+        ("prb", "sample or batch", "ring-down.prb-published.direction=0deg -o sample.vtkhdf"),
         ("fit", "fit", "modulus -o modulus.json"),
     ):
         stage = add(name, _stage, f"stage {name}: make one {target}", f"config/quick.yaml {example}")
@@ -104,13 +106,26 @@ def _plan_of(options: argparse.Namespace) -> "Plan":
 
 def _stage(options: argparse.Namespace) -> int:
     plan = _plan_of(options)
+    if options.stage == "prb" and options.id in plan.batches:
+        return _batch(options, plan)
     jobs = plan.jobs_of(options.stage)
     if options.id not in jobs:
-        raise StudyError(
-            f"{options.study}: no {options.stage} job {options.id!r}; there is {', '.join(jobs) or 'none'}"
-        )
+        known = [*(plan.batches if options.stage == "prb" else ()), *jobs]
+        more = f" and {len(known) - MOST_NAMED} more, see plan" if len(known) > MOST_NAMED else ""
+        there = ", ".join(known[:MOST_NAMED]) or "none"
+        raise StudyError(f"{options.study}: no {options.stage} job {options.id!r}; there is {there}{more}")
     output = options.output or Path(jobs[options.id].output)
     print(_stage_function(options)(plan, options.id, output))
+    return OK
+
+
+def _batch(options: argparse.Namespace, plan: "Plan") -> int:
+    from pipeline.stages.perform import perform
+
+    if options.output:
+        raise StudyError(f"-o names one record file, and {options.id} is a batch; name one of its samples")
+    for job in plan.batches[options.id].jobs:
+        print(perform(plan, job.id, Path(job.output)), flush=True)
     return OK
 
 
@@ -137,16 +152,23 @@ def _model(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     plan = _plan_of(options)
-    counts = {stage: len(jobs) for stage, jobs in plan.jobs.items()}
     print(plan.study.model_dump_json(indent=2))
-    print(f"{options.study}: correct; jobs: {counts}", file=sys.stderr)
+    print(f"{options.study}: correct; {plan.size()}", file=sys.stderr)
     return OK
 
 
 def _list(options: argparse.Namespace) -> int:
-    for stage, jobs in _plan_of(options).jobs.items():
-        for job in jobs.values():
-            print(f"{stage:5s} {job.id}")
+    plan = _plan_of(options)
+    for stage, jobs in plan.jobs.items():
+        if stage != "prb":
+            for id in jobs:
+                print(f"{stage:5s} {id}")
+            continue
+        for batch in plan.batches.values():
+            count = len(batch.jobs)
+            print(f"prb   {batch.id}: {count} sample{'s' if count > 1 else ''}")
+            for job in batch.jobs:
+                print(f"        {job.id}")
     return OK
 
 

@@ -1,9 +1,9 @@
-"""From a study to jobs: one sample is one job that writes its own file."""
+"""From a study to jobs: a sample writes its own file, in a job of its own or, where it is quick, in one of many."""
 
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,10 +14,12 @@ from pydantic import TypeAdapter
 from calibrate.spec import Fit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
 from lab.experiments import Experiment
 from lab.fields import changed, shown
+from lab.materials import Frozen
 from lab.published import PREFIX, StiffnessTable, locate, read_stiffness_table
 from lab.recordings import inputs as lab_inputs
 from lab.specimens import Specimen
 from lab.units import to_si
+from pipeline.batches import Batch, in_batches
 from pipeline.provenance import source_hash
 from pipeline.study import SINGLE, FeaPerformer, LabPerformer, Performer, Study, StudyError, digest, load_study
 from pipeline.sweep import Value, points
@@ -43,6 +45,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
         "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings", "pipeline.stages.fit_selection",
     ),
 }  # fmt: skip
+#: What the tables, figures and the report depend on.
+READERS = ("lab", "results", "pipeline.stages")
 ALL_SOURCES = tuple(dict.fromkeys(name for names in SOURCES.values() for name in names))
 
 
@@ -135,21 +139,26 @@ class Plan:
         self.study = study
         self.folder = RUNS / study.study
         self._tables: dict[str, StiffnessTable] = {}
+        self._swept: dict[Hashable, tuple[Any, dict[str, str]]] = {}
+        self._dumps: dict[int, dict[str, Any]] = {}
         if samples is not None:
             self.samples = samples  # takes the place of the cached property
 
     def to_json(self) -> str:
         """The resolved study with all its samples, SI: what jobs read instead of working it out again."""
         # Samples share specimens, experiments and models, and checking those again is what reading costs.
-        shared: dict[str, dict[str, int]] = {part: {} for part in _PARTS}
+        places: dict[int, int] = {}
+        parts: dict[str, list[Any]] = {part: [] for part in _PARTS}
         samples = []
         for sample in self.samples.values():
             words: dict[str, Any] = {key: getattr(sample, key) for key in _NAMES}
-            for part, known in shared.items():
-                text = getattr(sample, part).model_dump_json()
-                words[part] = known.setdefault(text, len(known))
+            for part, known in parts.items():
+                model = getattr(sample, part)
+                if id(model) not in places:
+                    places[id(model)] = len(known)
+                    known.append(self._dumped(model))
+                words[part] = places[id(model)]
             samples.append(words)
-        parts = {part: [json.loads(text) for text in known] for part, known in shared.items()}
         study = self.study.model_dump(mode="json", by_alias=True)
         return json.dumps({"study": study, "parts": parts, "samples": samples}, indent=1)
 
@@ -187,18 +196,31 @@ class Plan:
             "experiment": self.study.experiments[spec.experiment],
             "performer": self.study.performers[performer],
         }
-        words = []
-        for axis, value in point.items():
-            part, _, path = axis.partition(".")
-            try:
-                bench[part] = changed(bench[part], path, value)
-            except ValueError as error:
-                raise StudyError(f"campaigns.{campaign}.sweep.{axis}: {error}") from None
-            words.append(f"{path.rpartition('.')[2]}={shown(bench[part], path)}")
-        slug = "_".join(words).replace("/", "per").replace("^", "").replace("*", "").replace(" ", "") or SINGLE
+        words: dict[str, str] = {}
+        for part, model in bench.items():
+            changes = tuple((axis, value) for axis, value in point.items() if axis.partition(".")[0] == part)
+            bench[part], said = self._changed(campaign, model, changes)
+            words |= said
+        text = "_".join(words[axis] for axis in point)
+        slug = text.replace("/", "per").replace("^", "").replace("*", "").replace(" ", "") or SINGLE
         return Sample(
             campaign, performer, slug, spec.specimen, bench["specimen"], bench["experiment"], bench["performer"]
         )
+
+    def _changed(self, campaign: str, model: Any, changes: tuple[tuple[str, Value], ...]) -> tuple[Any, dict[str, str]]:
+        """``model`` with swept values in it, one object for all samples that share them, and each value as text."""
+        key = (campaign, id(model), changes)
+        if key not in self._swept:
+            words = {}
+            for axis, value in changes:
+                path = axis.partition(".")[2]
+                try:
+                    model = changed(model, path, value)
+                except ValueError as error:
+                    raise StudyError(f"campaigns.{campaign}.sweep.{axis}: {error}") from None
+                words[axis] = f"{path.rpartition('.')[2]}={shown(model, path)}"
+            self._swept[key] = model, words
+        return self._swept[key]
 
     def of_campaign(self, campaign: str, performer: str | None = None) -> list[Sample]:
         """Samples of a campaign, of one performer when it is named."""
@@ -220,6 +242,20 @@ class Plan:
         else:
             jobs = [self._sample_job(s) for s in self.samples.values() if s.stage == stage]
         return {job.id: job for job in jobs}
+
+    @cached_property
+    def batches(self) -> dict[str, Batch]:
+        """The PRB samples in batches by id: ``CAMPAIGN.PERFORMER``, and ``CAMPAIGN.PERFORMER+2`` and so on.
+
+        A batch is of samples with the same fits behind them and after them.  A longer sweep runs batches again, and
+        would else run fits again with them that see nothing of what is new.
+        """
+        after: dict[str, list[str]] = {}
+        for name in self.study.fits:
+            for sample in self.fit_samples(name):
+                after.setdefault(sample.id, []).append(name)
+        jobs = [(self.samples[id], job) for id, job in self.jobs["prb"].items()]
+        return in_batches((f"{s.campaign}.{s.performer}", (j.inputs, tuple(after.get(s.id, ()))), j) for s, j in jobs)
 
     def mesh_job(self, sample: Sample) -> Job:
         """The mesh of an FEA sample; samples with the same geometry share it."""
@@ -243,11 +279,17 @@ class Plan:
         elif sample.model.fit:
             inputs.append(self.fit_output(sample.model.fit))
         params = {
-            "specimen": sample.specimen.model_dump(mode="json"),
-            "experiment": sample.experiment.model_dump(mode="json"),
-            "performer": sample.model.model_dump(mode="json"),
+            "specimen": self._dumped(sample.specimen),
+            "experiment": self._dumped(sample.experiment),
+            "performer": self._dumped(sample.model),
         }
         return Job(sample.stage, sample.id, tuple(inputs), self.output(sample), self._sourced(sample.stage, params))
+
+    def _dumped(self, model: Frozen) -> dict[str, Any]:
+        """A part of samples as plain data, made once: many samples share it, and the study keeps it alive."""
+        if id(model) not in self._dumps:
+            self._dumps[id(model)] = model.model_dump(mode="json")
+        return self._dumps[id(model)]
 
     def _fit_job(self, name: str) -> Job:
         fit = self.study.fits[name]
@@ -388,13 +430,21 @@ class Plan:
         """Result file of a fit."""
         return str(self.folder / "fits" / f"{name}.json")
 
-    def outputs(self, stage: Stage) -> list[str]:
-        """All files of a stage."""
-        return [job.output for job in self.jobs[stage].values()]
+    def outputs(self, *stages: Stage) -> list[str]:
+        """All files of stages."""
+        return [job.output for stage in stages for job in self.jobs[stage].values()]
 
-    def whole(self, *sources: str) -> dict[str, Any]:
-        """Params of a job that reads the whole study and runs the named sources."""
-        return {"study": self.study.model_dump(mode="json"), "source": source_hash(*sources)}
+    def size(self) -> str:
+        """Number of jobs of each stage, in words."""
+        words = [f"{len(jobs)} {stage}" for stage, jobs in self.jobs.items() if jobs and stage != "prb"]
+        if self.batches:
+            words.append(f"{len(self.jobs['prb'])} prb in {len(self.batches)} jobs")
+        return ", ".join(words)
+
+    @cached_property
+    def whole(self) -> dict[str, Any]:
+        """Params of the jobs that read all records: the study, and the code of all of them, since they share most."""
+        return {"study": self.study.model_dump(mode="json"), "source": source_hash(*READERS)}
 
     def _sourced(self, stage: Stage, params: Mapping[str, Any], *more: str) -> dict[str, Any]:
         return {**params, "source": source_hash(*SOURCES[stage], *more)}

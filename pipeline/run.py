@@ -10,25 +10,24 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from lab.records import Record
 from pipeline.plan import Plan, load_plan
 from pipeline.provenance import ROOT
 from pipeline.study import StudyError
-from results.store import StoreError, read_record
+from results.store import StoreError, read_status
 
 
 def run_study(path: Path, cores: int | None, profile: str | None, dry_run: bool, retry_failed: bool) -> int:
     """Run the study at ``path`` and print what came out; 0 done, 1 a sample failed, 2 wrong input."""
     path = path.resolve() if path.is_file() else ROOT / path
     plan = load_plan(path)
-    jobs = plan.jobs
+    size = plan.size()
     os.chdir(ROOT)
-    print(f"Study {plan.study.study} ({_shortened(path)}): " + ", ".join(f"{len(j)} {s}" for s, j in jobs.items() if j))
+    print(f"Study {plan.study.study} ({_shortened(path)}): {size}")
     with _only_run_of(plan.folder) as inherited:
         for left_over in plan.folder.rglob(".*.tmp.*"):  # of a killed job; nobody else is writing now
             left_over.unlink()
         if retry_failed and not dry_run:
-            _forget_failed(plan)
+            forget_failed(plan)
         command = [sys.executable, "-m", "snakemake", "--snakefile", "Snakefile", "--configfile", str(path), "--nolock"]
         command += ["--cores", str(cores) if cores else "all", *(["--workflow-profile", profile] if profile else [])]
         if dry_run:
@@ -59,18 +58,19 @@ def _only_run_of(folder: Path) -> Iterator[int]:
         yield handle.fileno()
 
 
-def _forget_failed(plan: Plan) -> None:
+def forget_failed(plan: Plan) -> None:
+    """Delete the records of samples that failed or diverged: their jobs, of PRB samples whole batches, run again."""
     for sample in plan.samples.values():
         file = Path(plan.output(sample))
-        if file.is_file() and (record := _readable(file)) and record.status in ("diverged", "failed"):
+        if file.is_file() and _status(file) in ("diverged", "failed"):
             file.unlink()
 
 
-def _readable(file: Path) -> Record | None:
+def _status(file: Path) -> str:
     try:
-        return read_record(file, with_fields=False)
+        return read_status(file)
     except StoreError:
-        return None
+        return "not a record"
 
 
 def _list_jobs(command: list[str]) -> int:

@@ -22,7 +22,7 @@ def resolve(config: dict[str, Any], config_files: Sequence[Any]) -> tuple[Plan, 
     try:
         study = check_study(config, beside, Path(config_files[0]).name if config_files else "config")
         plan = Plan(study)
-        _ = plan.jobs
+        _ = plan.batches
     except StudyError as error:
         print(error, file=sys.stderr)
         raise SystemExit(2) from None

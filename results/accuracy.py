@@ -2,16 +2,21 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
+
+from pydantic import TypeAdapter
 
 from lab.experiments import Experiment
 from lab.measures import relative_error, tracking_error, tracking_rms
 from lab.published import figures
 from lab.records import Record, Scalar
+from lab.specimens import Specimen
 
 #: Whether a number was seen by the fit behind its model.
 IN_SAMPLE, HELD_OUT, NOT_FITTED = "in sample", "held out", "not fitted"
 
+#: Numbers whose difference is no share of anything: a direction, and a sign.
+_WITHOUT_SHARE = ("tilt", "sense")
 
 #: A record that a fit has seen: campaign, performer or lab table that made it, sample (slug).
 Seen = tuple[str, str, str]
@@ -47,6 +52,10 @@ class Entry:
         """Reduced numbers; empty unless the record completed."""
         return self.experiment.reduce(self.record) if self.record.completed else {}
 
+    def tested(self) -> Specimen:
+        """The specimen that the record tells, with what a fit may have changed."""
+        return TypeAdapter(Specimen).validate_python(dict(self.record.specimen))
+
 
 @dataclass(frozen=True)
 class Row:
@@ -75,7 +84,8 @@ HEADER = tuple(field.name for field in fields(Row))
 
 def as_cells(row: Row) -> tuple[object, ...]:
     """The row's cells, NaN as an empty cell."""
-    return tuple("" if isinstance(cell, float) and math.isnan(cell) else cell for cell in astuple(row))
+    cells = (getattr(row, name) for name in HEADER)
+    return tuple("" if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells)
 
 
 def use_of(entry: Entry, reference: str) -> str:
@@ -101,28 +111,37 @@ def against_scalars(
     for name, unit in names:
         value = reduced[name].value if name in reduced else math.nan
         reference_value = values[name].value if name in values else math.nan
-        error = relative_error(value, reference_value)
+        error = math.nan if name in _WITHOUT_SHARE else relative_error(value, reference_value)
         yield _row(entry, label, name, unit, value, reference, origin, reference_value, error)
 
 
 def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
-    """Rows of a motion against a reference motion: tracking error, main numbers, time for 10 s, speed-up."""
+    """Rows of a record against another performer's of the same sample.
+
+    The main numbers; of a motion also the tracking error, the time for 10 s and the speed-up.
+    """
     reference, origin = other.performer, other.record.origin
-    if entry.record.completed and other.record.completed:
-        ours, theirs = entry.record["markers"], other.record["markers"]
-        error, distance = tracking_error(ours, theirs), tracking_rms(ours, theirs)
-    else:
-        error = distance = math.nan
-    yield _row(entry, entry.slug, "tracking_error", "1", error, reference, origin, 0.0, error)
-    yield _row(entry, entry.slug, "tracking_rms", "m", distance, reference, origin, 0.0, math.nan)
+    if entry.experiment.in_motion:
+        error, distance = tracking(entry, other)
+        yield _row(entry, entry.slug, "tracking_error", "1", error, reference, origin, 0.0, error)
+        yield _row(entry, entry.slug, "tracking_rms", "m", distance, reference, origin, 0.0, math.nan)
     numbers = other.scalars()
     names = [(name, scalar.unit) for name, scalar in (numbers or entry.scalars()).items()]
     yield from against_scalars(entry, names, reference, origin, numbers, entry.slug)
-    times = seconds_per_10_s(entry.record), seconds_per_10_s(other.record)
-    yield _row(entry, entry.slug, "seconds_per_10_s", "s", times[0], reference, origin, times[1], math.nan)
-    if entry.record.origin == "prb" and origin != "prb":
-        ratio = times[1] / times[0]
-        yield _row(entry, entry.slug, "speed_up", "1", ratio, reference, origin, 1.0, math.nan)
+    if entry.experiment.in_motion:
+        times = seconds_per_10_s(entry.record), seconds_per_10_s(other.record)
+        yield _row(entry, entry.slug, "seconds_per_10_s", "s", times[0], reference, origin, times[1], math.nan)
+        if entry.record.origin == "prb" and origin != "prb":
+            ratio = times[1] / times[0]
+            yield _row(entry, entry.slug, "speed_up", "1", ratio, reference, origin, 1.0, math.nan)
+
+
+def tracking(entry: Entry, other: Entry) -> tuple[float, float]:
+    """Tracking error (a fraction) and eq. 5.13 (m) of a motion against another; NaN unless both have a result."""
+    if not (entry.record.completed and other.record.completed):
+        return math.nan, math.nan
+    ours, theirs = entry.record["markers"], other.record["markers"]
+    return tracking_error(ours, theirs), tracking_rms(ours, theirs)
 
 
 def seconds_per_10_s(record: Record) -> float:

@@ -9,12 +9,15 @@ import h5py
 import numpy as np
 import xarray as xr
 
+from lab.records import Channel
 from results.accuracy import Entry
 from results.store import StoreError, atomic_path, file_digest
 
 FORMAT, FORMAT_VERSION = "scram-study", 1
 #: Channels copied per campaign; the rest stays in the sample files.
-HEADLINES = ("motion", "wrench", "markers")
+HEADLINES = ("motion", "wrench", "markers", "frequency")
+#: Channels that number the samples of a record.
+_INDICES = ("time", "increment", "mode")
 
 
 def write_study(
@@ -82,24 +85,38 @@ def _summary(folder: Path, entries: Sequence[Entry], sweeps: Mapping[str, Any]) 
 
 
 def _headlines(entries: Sequence[Entry]) -> xr.Dataset:
-    """Stacked arrays of a campaign; NaN for samples that have none."""
+    """Stacked arrays of a campaign; NaN for samples that have none, and behind the end of those that are shorter.
+
+    Samples that run over different times, as shakes of several frequencies do, have no coordinate in common.
+    """
+    found = [entry.record.channels if entry.record.completed else {} for entry in entries]
     data = {}
     for name in HEADLINES:
-        known = [e.record.channels[name] for e in entries if name in e.record.channels and e.record.completed]
-        if not known:
-            continue
-        empty = np.full(known[0].values.shape, np.nan)
-        stack = [e.record[name] if e.record.completed and name in e.record.channels else empty for e in entries]
-        attributes = {"units": known[0].unit, "long_name": known[0].long_name or name}
-        data[name] = (("sample", *known[0].dims), np.stack(stack), attributes)
-    index = next(
-        (n for n in ("time", "increment") for e in entries if n in e.record.channels and e.record.completed), None
-    )
+        known = [channels[name] for channels in found if name in channels]
+        if known:
+            stack = _stacked([channels[name].values if name in channels else None for channels in found])
+            data[name] = (("sample", *known[0].dims), stack, _attributes(known[0]))
     coordinates: dict[str, Any] = {"sample": [f"{e.performer}.{e.slug}" for e in entries]}
-    if index:
-        channel = next(e.record.channels[index] for e in entries if index in e.record.channels and e.record.completed)
-        coordinates[index] = (index, channel.values, {"units": channel.unit, "long_name": channel.long_name or index})
+    for name in _INDICES:
+        known = [channels[name] for channels in found if name in channels]
+        longest = max(known, key=lambda channel: len(channel.values), default=None)
+        if longest and all(np.array_equal(c.values, longest.values[: len(c.values)]) for c in known):
+            coordinates[name] = (name, longest.values, _attributes(longest))
     return xr.Dataset(data, coordinates)
+
+
+def _stacked(values: Sequence[np.ndarray | None]) -> np.ndarray:
+    """Arrays of as many axes, one after another in the smallest array that holds them all, NaN where they do not."""
+    known = [array.shape for array in values if array is not None]
+    whole = np.full((len(values), *np.max(known, axis=0)), np.nan)
+    for place, array in enumerate(values):
+        if array is not None:
+            whole[place][tuple(map(slice, array.shape))] = array
+    return whole
+
+
+def _attributes(channel: Channel) -> dict[str, str]:
+    return {"units": channel.unit, "long_name": channel.long_name or channel.name}
 
 
 def _fit(fit: Mapping[str, Any]) -> xr.Dataset:

@@ -12,10 +12,22 @@ from results.tables import MARKS, Table
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG with its caption."""
+    """A PNG with its caption.
+
+    Parameters
+    ----------
+    file, caption
+        Picture and what it shows.
+    group
+        Heading that it stands under: a campaign, or ``fits``.
+    folded
+        Shown on demand: one of many of a kind.
+    """
 
     file: Path
     caption: str
+    group: str
+    folded: bool = False
 
     def data_uri(self) -> str:
         """The picture as a data URI."""
@@ -39,7 +51,8 @@ def render(
     environment = Environment(
         loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    groups = {group: [p for p in pictures if p.group == group] for group in dict.fromkeys(p.group for p in pictures)}
     return environment.get_template("report.html.jinja").render(
-        title=title, tables=tables, pictures=pictures, left_out=left_out, assumptions=assumptions, holes=holes,
+        title=title, tables=tables, groups=groups, left_out=left_out, assumptions=assumptions, holes=holes,
         provenance=provenance, marks=MARKS, ledger=ledger,
     )  # fmt: skip

@@ -14,6 +14,9 @@ import numpy as np
 from lab.records import Fields
 from results.store import read_record
 
+#: Colour of a scene: how far every point has moved.
+DISPLACEMENT = "displacement"
+
 
 class Panel(TypedDict):
     """One picture in a row: a record file, the state to show (an index of its stored states), a caption."""
@@ -24,7 +27,11 @@ class Panel(TypedDict):
 
 
 class Scene(TypedDict):
-    """A grid of panels in one PNG; ``colour`` names a cell field, empty for the bare mesh."""
+    """A grid of panels in one PNG.
+
+    ``colour`` names a cell field, shown on a logarithmic scale that all panels share; ``displacement`` stands for the
+    size of the displacement in each panel, and nothing for the bare mesh.
+    """
 
     output: str
     colour: str
@@ -88,13 +95,11 @@ def _draw_scene(scene: Scene) -> None:
     plotter = pv.Plotter(shape=(rows, columns), off_screen=True, window_size=(420 * columns, 340 * rows), border=False)
     plotter.set_background("white", all_renderers=True)
     fields = [read_record(Path(panel["file"])).fields for panel in panels]
-    limit = max(
-        (f.cell_data[scene["colour"]].values.max() for f in fields if f and scene["colour"] in f.cell_data), default=1.0
-    )
+    limit = _limit([field for field in fields if field], scene["colour"])
     for i, (panel, field) in enumerate(zip(panels, fields, strict=True)):
         plotter.subplot(i // columns, i % columns)
         if field is not None:
-            _add(plotter, field, panel["state"], scene["colour"], float(limit), i == 0)
+            _add(plotter, field, panel["state"], scene["colour"], limit, i == 0)
         plotter.add_text(panel["caption"], font_size=8, color="black", position="upper_left")
         plotter.view_vector((-0.9, -1.1, 0.7), viewup=(0, 0, 1))
         plotter.reset_camera()
@@ -103,27 +108,44 @@ def _draw_scene(scene: Scene) -> None:
     plotter.close()
 
 
+def _limit(fields: Sequence[Fields], colour: str) -> float:
+    """Largest value of a cell field in any panel."""
+    return float(max((f.cell_data[colour].values.max() for f in fields if colour in f.cell_data), default=1.0))
+
+
 def _add(plotter: Any, fields: Fields, state: int, colour: str, limit: float, first: bool) -> None:
-    surface = _grid(fields, state).extract_surface(nonlinear_subdivision=2, algorithm=None)
-    if colour and colour in fields.cell_data:
-        # The shape at rest as an outline: a second surface would shine through the first.
-        outline = _grid(fields, 0, scale=0.0).extract_surface(nonlinear_subdivision=2, algorithm=None)
-        plotter.add_mesh(outline.extract_feature_edges(40.0), color="grey", line_width=1)
-        unit = fields.cell_data[colour].unit
-        bar = {
-            "title": f"{colour.replace('_', ' ')} [{unit}]", "color": "black", "fmt": "%.0e", "n_labels": 4,
-            "title_font_size": 13, "label_font_size": 12,
-            "width": 0.8, "height": 0.1, "position_x": 0.1, "position_y": 0.02,
-        }  # fmt: skip
-        # Logarithmic: legs and designs differ by orders of magnitude.
-        plotter.add_mesh(
-            surface, scalars=colour, cmap="viridis", clim=(1e-3 * limit, limit), log_scale=True, show_scalar_bar=first,
-            scalar_bar_args=bar if first else {},
-        )  # fmt: skip
+    grid = _grid(fields, state)
+    if colour == DISPLACEMENT:
+        grid.point_data[DISPLACEMENT] = np.linalg.norm(fields.point_data[DISPLACEMENT].values[state], axis=1)
+    surface = grid.extract_surface(nonlinear_subdivision=2, algorithm=None)
+    if colour == DISPLACEMENT:
+        _add_outline(plotter, fields)
+        plotter.add_mesh(surface, scalars=DISPLACEMENT, cmap="viridis", show_scalar_bar=False)
+    elif colour and colour in fields.cell_data:
+        _add_outline(plotter, fields)
+        _add_logarithmic(plotter, surface, colour, fields.cell_data[colour].unit, limit, first)
     else:
         plotter.add_mesh(surface, color="#9ecae1", smooth_shading=False)
-        edges = _grid(fields, state).extract_all_edges()
-        plotter.add_mesh(edges, color="black", line_width=1)
+        plotter.add_mesh(grid.extract_all_edges(), color="black", line_width=1)
+
+
+def _add_outline(plotter: Any, fields: Fields) -> None:
+    """The shape at rest as an outline: a second surface would shine through the first."""
+    outline = _grid(fields, 0, scale=0.0).extract_surface(nonlinear_subdivision=2, algorithm=None)
+    plotter.add_mesh(outline.extract_feature_edges(40.0), color="grey", line_width=1)
+
+
+def _add_logarithmic(plotter: Any, surface: Any, colour: str, unit: str, limit: float, first: bool) -> None:
+    """A surface by a cell field; logarithmic, since legs and designs differ by orders of magnitude."""
+    bar = {
+        "title": f"{colour.replace('_', ' ')} [{unit}]", "color": "black", "fmt": "%.0e", "n_labels": 4,
+        "title_font_size": 13, "label_font_size": 12,
+        "width": 0.8, "height": 0.1, "position_x": 0.1, "position_y": 0.02,
+    }  # fmt: skip
+    plotter.add_mesh(
+        surface, scalars=colour, cmap="viridis", clim=(1e-3 * limit, limit), log_scale=True, show_scalar_bar=first,
+        scalar_bar_args=bar if first else {},
+    )  # fmt: skip
 
 
 def main(spec: str) -> None:

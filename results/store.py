@@ -8,13 +8,15 @@ gzip and shuffle filters: VTK's reader fails silently on others.
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
+from h5py import h5a, h5d, h5ds, h5i, h5s
+from numpy.typing import NDArray
 
 from lab.records import Channel, Fields, Record, Scalar
 
@@ -129,32 +131,72 @@ def read_record(path: Path, with_fields: bool = True) -> Record:
     try:
         with h5py.File(path, "r") as file:
             about = _checked_attributes(path, file)
-            plain = {key: json.loads(file["provenance"][key][()]) for key in ("specimen", "experiment", "how")}
-            index = {name: _read_channel(dataset) for name, dataset in file["curves"].items()}
+            texts = _datasets(file["provenance"], ("specimen", "experiment", "how"))
+            plain = {name: json.loads(_values(dataset).item()) for name, dataset in texts}
+            index = {name: _read_channel(name, dataset) for name, dataset in _datasets(file["curves"])}
             scalars = {
-                name: Scalar(float(d[()]), str(d.attrs["units"]), str(d.attrs["long_name"]))
-                for name, d in file["scalars"].items()
+                name: Scalar(float(_values(dataset)), _text(dataset, "units"), _text(dataset, "long_name"))
+                for name, dataset in _datasets(file["scalars"])
             }
             fields = _read_vtk(file["VTKHDF"]) if with_fields and "VTKHDF" in file else None
     except OSError as error:
         raise StoreError(f"{path}: not a readable HDF5 file ({error})") from None
-    words = {key: about[key] for key in ("origin", "model", "status", "reason")}
-    return Record(**plain, **words, channels=index, scalars=scalars, fields=fields)
+    return Record(**plain, **about, channels=index, scalars=scalars, fields=fields)
+
+
+def read_status(path: Path) -> str:
+    """Status of the record at ``path``, without reading the rest.
+
+    Raises
+    ------
+    StoreError
+        As ``read_record``.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            return _checked_attributes(path, file)["status"]
+    except OSError as error:
+        raise StoreError(f"{path}: not a readable HDF5 file ({error})") from None
 
 
 def _checked_attributes(path: Path, file: h5py.File) -> dict[str, Any]:
-    about = dict(file["provenance"].attrs) if "provenance" in file else {}
-    if about.get("format") != FORMAT:
+    """Words of the provenance, after a look at the format."""
+    about = file.get("provenance", file)
+    if about.attrs.get("format") != FORMAT:
         raise StoreError(f"{path}: not a {FORMAT} file")
-    if about.get("format_version") != FORMAT_VERSION:
-        raise StoreError(f"{path}: format version {about.get('format_version')}; this program reads {FORMAT_VERSION}")
-    return about
+    if about.attrs.get("format_version") != FORMAT_VERSION:
+        version = about.attrs.get("format_version")
+        raise StoreError(f"{path}: format version {version}; this program reads {FORMAT_VERSION}")
+    return {key: _text(about.id, key) for key in ("origin", "model", "status", "reason")}
 
 
-def _read_channel(dataset: h5py.Dataset) -> Channel:
-    name = dataset.name.rpartition("/")[2]
-    dims = (name,) if dataset.is_scale else tuple(d[0].name.rpartition("/")[2] for d in dataset.dims)
-    return Channel(name, str(dataset.attrs["units"]), dataset[()], dims, str(dataset.attrs["long_name"]))
+# Readers of a study open some thousand small datasets, and h5py's low level needs half the time of its objects.
+def _datasets(group: h5py.Group, names: Iterable[str] = ()) -> Iterator[tuple[str, h5d.DatasetID]]:
+    """Named datasets of a group, or all of them."""
+    for name in names or group:
+        yield name, h5d.open(group.id, name.encode())
+
+
+def _values(dataset: h5d.DatasetID) -> NDArray[Any]:
+    values = np.empty(dataset.shape, dataset.dtype)
+    dataset.read(h5s.ALL, h5s.ALL, values)
+    return values
+
+
+def _text(owner: Any, name: str) -> str:
+    value = np.empty((), h5py.string_dtype())
+    h5a.open(owner, name.encode()).read(value)
+    return bytes(value[()]).decode()
+
+
+def _read_channel(name: str, dataset: h5d.DatasetID) -> Channel:
+    dims = (name,) if h5ds.is_scale(dataset) else tuple(_dim(dataset, axis) for axis in range(dataset.rank))
+    return Channel(name, _text(dataset, "units"), _values(dataset), dims, _text(dataset, "long_name"))
+
+
+def _dim(dataset: h5d.DatasetID, axis: int) -> str:
+    """Name of the dimension scale of an axis."""
+    return str(h5ds.iterate(dataset, axis, lambda scale: h5i.get_name(scale).decode().rpartition("/")[2]))
 
 
 def _read_vtk(group: h5py.Group) -> Fields:

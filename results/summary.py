@@ -1,19 +1,25 @@
-"""One line per model: how far it is from a reference, in and out of sample, and what it costs."""
+"""One line per model: how far it is from a reference, in and out of sample, where most, and what it costs."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from results.accuracy import HELD_OUT, IN_SAMPLE, NOT_FITTED, Row
+from results.slugs import short
 from results.tables import Table
 
 #: What a reader needs to know about the numbers of the table.
 NOTE = (
-    "errors: root mean square over the samples of the tracking error in % of the reference's motion, and of eq. 5.13 "
-    "in mm; (n) samples; in sample: the fit behind the model has seen them; not fitted: nothing was fitted"
+    "errors: tracking error in % (norm of the difference over the norm of the reference's motion) and eq. 5.13 in mm "
+    "(root mean square distance of markers), of both the root mean square over the samples; (n) samples; in sample: "
+    "the fit behind the model has seen them; not fitted: nothing was fitted; as one: tracking error of all samples put "
+    "together as one motion, so that the large motions count most; largest: the worst tracking error, and the swept "
+    "values of its sample"
 )
-_HEADER = ("model", "origin", "in sample", "held out", "not fitted", "10 s take [s]", "speed-up")
+_ON_THE_CLAMP = "a shaken beam's motion is that relative to its clamp, over one steady period"
+_HEADER = ("model", "origin", "in sample", "held out", "not fitted", "as one", "largest", "10 s take [s]", "speed-up")
 
 
 def summary(title: str, groups: Sequence[Sequence[Row]]) -> Table:
@@ -34,10 +40,85 @@ def summary(title: str, groups: Sequence[Sequence[Row]]) -> Table:
             lines.append(
                 (
                     model, mine[0].origin, *(_errors(mine, use) for use in (IN_SAMPLE, HELD_OUT, NOT_FITTED)),
-                    _text(shown), _text(_median(mine, "speed_up")),
+                    _as_one(mine), _largest(mine), _text(shown), _text(_median(mine, "speed_up")),
                 )
             )  # fmt: skip
-    return Table(title, _HEADER, tuple(lines), (NOTE,))
+    shaken = any(row.experiment == "BaseShake" for rows in groups for row in rows)
+    return Table(title, _HEADER, tuple(lines), (NOTE, _ON_THE_CLAMP) if shaken else (NOTE,))
+
+
+def told_once(tables: Sequence[Table]) -> list[Table]:
+    """The tables, each note under the first one alone that has it."""
+    told: set[str] = set()
+    found = []
+    for table in tables:
+        found.append(replace(table, notes=tuple(note for note in table.notes if note not in told)))
+        told.update(table.notes)
+    return found
+
+
+def errors_by_quantity(title: str, rows: Sequence[Row], of_largest: bool = False) -> Table:
+    """Models down, quantities across: errors over all samples, and where they are largest.
+
+    Parameters
+    ----------
+    rows
+        Numbers of one campaign against one reference.
+    of_largest
+        Differences as shares of the quantity's largest reference value of all samples, for quantities that vanish
+        in some; else of each sample's own.
+    """
+    names = list(dict.fromkeys(row.quantity for row in rows))
+    lines = []
+    for model in dict.fromkeys(row.model for row in rows):
+        mine = [row for row in rows if row.model == model]
+        cells = [_differences([row for row in mine if row.quantity == name], of_largest) for name in names]
+        lines.append((model, mine[0].origin, *cells))
+    share = "of the largest reference value" if of_largest else "of the reference"
+    note = (
+        f"difference in % {share}: root mean square over the samples, and the largest with the swept values of its "
+        "sample"
+    )
+    return Table(f"Errors: {title}", ("model", "origin", *names), tuple(lines), (note,))
+
+
+def _differences(rows: Sequence[Row], of_largest: bool) -> str:
+    largest = max((abs(row.reference_value) for row in rows if math.isfinite(row.reference_value)), default=0.0)
+    known = [
+        (100.0 * (row.value - row.reference_value) / unit, row.sample)
+        for row in rows
+        if math.isfinite(row.value - row.reference_value)
+        and (unit := largest if of_largest else abs(row.reference_value))
+    ]
+    if not known:
+        return "-"
+    worst, sample = max(known, key=lambda pair: abs(pair[0]))
+    mean = _digits(_rms(np.array([error for error, _ in known])))
+    return mean if len(known) == 1 else f"{mean} ({_digits(worst, '+')} at {short(sample)})"
+
+
+def _digits(value: float, sign: str = "") -> str:
+    """Two digits, without an exponent for large numbers."""
+    return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"
+
+
+def _as_one(rows: Sequence[Row]) -> str:
+    """Norm of all differences over the norm of all motions of the reference, of several samples."""
+    shares = {row.sample: row.value for row in rows if row.quantity == "tracking_error" and row.value > 0.0}
+    distances = {row.sample: row.value for row in rows if row.quantity == "tracking_rms" and row.sample in shares}
+    if len(distances) < 2:
+        return ""
+    sizes = np.array([distance / shares[sample] for sample, distance in distances.items()])
+    return f"{100 * _rms(np.array(list(distances.values()))) / _rms(sizes):.3g} %"
+
+
+def _largest(rows: Sequence[Row]) -> str:
+    """The worst of several samples."""
+    known = [row for row in rows if row.quantity == "tracking_error" and math.isfinite(row.value)]
+    if len(known) < 2:
+        return ""
+    worst = max(known, key=lambda row: row.value)
+    return f"{100 * worst.value:.3g} % at {short(worst.sample)}"
 
 
 def _errors(rows: Sequence[Row], use: str) -> str:

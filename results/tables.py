@@ -14,6 +14,8 @@ from results.accuracy import HEADER, IN_SAMPLE, Row, as_cells
 _SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "deg")}
 #: The same for numbers that stand alone, where tables of one unit do not ask for the plain one.
 _ALONE = {**_SHOWN, "Pa": (1e-6, "MPa"), "s": (1e3, "ms"), "kg": (1e3, "g"), "1": (1.0, ""), "dimensionless": (1.0, "")}
+#: A layout with more lines is a detail.
+_LONG = 100
 #: Round-off of entries that vanish by symmetry, SI; no quantity of the tables is this small.
 _NOUGHT = 1e-9
 MARKS = (
@@ -24,12 +26,16 @@ MARKS = (
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as text, first row the header."""
+    """Cells as text, first row the header.
+
+    ``detail``: for who asks; left out of the console, folded in the report.
+    """
 
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...] = ()
+    detail: bool = False
 
 
 def layout(title: str, rows: Sequence[Row]) -> Table:
@@ -50,7 +56,7 @@ def layout(title: str, rows: Sequence[Row]) -> Table:
         for (sample, quantity, unit), line in cells.items()
     )  # fmt: skip
     notes = tuple(dict.fromkeys(f"{row.model}: {row.note}" for row in rows if row.note))
-    return Table(title, ("sample", "quantity", reference, *models), lines, notes)
+    return Table(title, ("sample", "quantity", reference, *models), lines, notes, len(lines) > _LONG)
 
 
 def _unit(quantity: str, unit: str) -> str:
@@ -101,7 +107,8 @@ def to_json(tables: Sequence[Table]) -> str:
 def from_json(text: str) -> list[Table]:
     """What ``to_json`` wrote."""
     return [
-        Table(t["title"], tuple(t["header"]), tuple(map(tuple, t["rows"])), tuple(t["notes"])) for t in json.loads(text)
+        Table(t["title"], tuple(t["header"]), tuple(map(tuple, t["rows"])), tuple(t["notes"]), t["detail"])
+        for t in json.loads(text)
     ]
 
 
@@ -117,7 +124,7 @@ def to_markdown(tables: Sequence[Table]) -> str:
 
 
 def to_console(tables: Sequence[Table]) -> None:
-    """Print all tables to the terminal."""
+    """Print the tables to the terminal, but for those of details."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table as Grid
@@ -125,7 +132,7 @@ def to_console(tables: Sequence[Table]) -> None:
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)
-    for table in tables:
+    for table in (table for table in tables if not table.detail):
         grid = Grid(title=escape(table.title), title_justify="left")
         for name in table.header:
             grid.add_column(escape(name), overflow="fold")
@@ -139,4 +146,6 @@ def to_console(tables: Sequence[Table]) -> None:
         console.print(grid)
         for note in table.notes:
             console.print(f"  {note}", highlight=False, markup=False)
+    if details := sum(table.detail for table in tables):
+        console.print(f"{details} more tables of details stand in accuracy.md", highlight=False, markup=False)
     console.print(MARKS, highlight=False, markup=False)

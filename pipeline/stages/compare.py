@@ -5,27 +5,32 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from lab.experiments import KPRIME_ENTRIES
+from lab.experiments import KPRIME_ENTRIES, NaturalModes
 from pipeline.plan import Plan
 from pipeline.stages.gather import entries, fit_results
 from pipeline.study import Comparison
 from results.accuracy import Entry, Row, against_record, against_scalars, holes, published_ring_down
 from results.fit_tables import fit_tables
+from results.mirror import mirror_table
+from results.mode_tables import THEORY, mode_tables, theory_rows
+from results.orbit_series import orbit_series
+from results.orbit_tables import orbit_tables
 from results.store import write_text
-from results.summary import summary
+from results.summary import errors_by_quantity, summary
 from results.tables import Table, layout, to_csv, to_json, to_markdown
 
 PUBLISHED = "what the dissertation reports of its own ring-down models"
+#: Sizes of an orbit that a table puts together.
+_AXES = ("major_axis", "minor_axis", "span_y", "span_z")
 
 
 def compare(plan: Plan) -> str:
     """Write ``accuracy.csv``, ``accuracy.md``, ``tables.json`` and ``holes.json``; return a line about them."""
     found = entries(plan)
-    groups = groups_of(plan, found)
+    groups = [*groups_of(plan, found), *theory_groups(found)]
     rows = [row for _, group in groups for row in group]
     write_text(plan.folder / "accuracy.csv", to_csv(rows))
-    tables = summaries(plan, groups) + [layout(title, rows) for title, rows in groups if rows]
-    tables += fit_tables(fit_results(plan))
+    tables = [*summaries(plan, groups), *tables_of(groups, found), *fit_tables(fit_results(plan))]
     write_text(plan.folder / "accuracy.md", to_markdown(tables))
     write_text(plan.folder / "tables.json", to_json(tables))
     failed = [{"sample": e.path, "status": e.record.status, "reason": e.record.reason} for e in holes(found)]
@@ -48,6 +53,37 @@ def groups_of(plan: Plan, found: list[Entry]) -> list[tuple[str, list[Row]]]:
     if any(e.experiment.kind == "RingDown" for e in found):
         groups.append((PUBLISHED, published_ring_down()))
     return groups
+
+
+def theory_groups(found: list[Entry]) -> list[tuple[str, list[Row]]]:
+    """Natural frequencies of every campaign that asks for them against beam theory."""
+    campaigns = dict.fromkeys(entry.campaign for entry in found if isinstance(entry.experiment, NaturalModes))
+    return [
+        (f"{name} against {THEORY}", list(theory_rows([entry for entry in found if entry.campaign == name])))
+        for name in campaigns
+    ]
+
+
+def tables_of(groups: list[tuple[str, list[Row]]], found: list[Entry]) -> Iterator[Table]:
+    """Tables of the groups, each as its experiment asks for, then the symmetry of all orbits."""
+    series = orbit_series(found)
+    for title, rows in groups:
+        if not rows:
+            continue
+        campaign, experiment = rows[0].campaign, rows[0].experiment
+        if experiment == "BaseShake":
+            axes = [row for row in rows if row.quantity in _AXES]
+            yield errors_by_quantity(f"orbits of {title}", axes, of_largest=True)
+            yield from orbit_tables([one for one in series if one.campaign == campaign], rows[0].reference)
+        elif experiment == "NaturalModes":
+            yield from mode_tables(title, rows, [entry for entry in found if entry.campaign == campaign])
+        else:
+            table = layout(title, rows)
+            if table.detail:
+                yield errors_by_quantity(title, rows, of_largest=True)
+            yield table
+    if (symmetry := mirror_table(found)) is not None:
+        yield symmetry
 
 
 def summaries(plan: Plan, groups: list[tuple[str, list[Row]]]) -> list[Table]:

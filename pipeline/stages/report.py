@@ -2,7 +2,7 @@
 
 import json
 
-from lab.experiments import BaseShake, Experiment, RingDown
+from lab.experiments import BaseShake, Experiment, NaturalModes, RingDown
 from lab.specimens import Specimen
 from pipeline.plan import ALL_SOURCES, Plan
 from pipeline.provenance import provenance
@@ -16,7 +16,8 @@ from results.tables import from_json
 def report(plan: Plan) -> str:
     """Write ``report.html``; return a line about it."""
     index = json.loads((plan.folder / "pictures" / "index.json").read_text(encoding="utf-8"))
-    pictures = [Picture(plan.folder / "pictures" / p["file"], p["caption"]) for p in index["files"]]
+    folder = plan.folder / "pictures"
+    pictures = [Picture(folder / p["file"], p["caption"], p["group"], p["folded"]) for p in index["files"]]
     holes = json.loads((plan.folder / "holes.json").read_text(encoding="utf-8"))
     tables = from_json((plan.folder / "tables.json").read_text(encoding="utf-8"))
     ledger = ledger_from_json((plan.folder / "ledger.json").read_text(encoding="utf-8"))
@@ -43,11 +44,18 @@ def assumptions(plan: Plan) -> list[str]:
 
 
 def _about_beam(name: str, beam: Specimen) -> str:
-    material = beam.material
+    material, frame = beam.material, beam.load_frame
+    about_frame = (
+        f" Of the load frame only the weight of 20 g is published: its sides of {frame.width * 1e3:g} x "
+        f"{frame.height * 1e3:g} mm and its mass of {frame.mass * 1e3:g} g are assumed, and that left and right are "
+        "seen from the tip towards the clamp with y up."
+        if frame
+        else ""
+    )
     return (
         f"{name}: Poisson's ratio {material.poisson_ratio:g} and viscous time {material.viscous_time * 1e3:g} ms "
         f"are not published. The dynamics use {beam.effective_density:.0f} kg/m^3: the text gives both 5.17 g and "
-        f"1210 kg/m^3, which is {1210 * beam.area * beam.length * 1e3:.2f} g for this volume."
+        f"1210 kg/m^3, which is {1210 * beam.area * beam.length * 1e3:.2f} g for this volume.{about_frame}"
     )
 
 
@@ -56,7 +64,13 @@ def _about_experiment(name: str, experiment: Experiment) -> str:
         places = "; ".join("(" + ", ".join(f"{c * 1e3:g}" for c in place) + ")" for place in experiment.markers)
         return f"{name}: the load's direction and the markers' places, {places} mm from the tip's centre, are assumed."
     if isinstance(experiment, BaseShake):
-        return f"{name}: gravity is left out, and the marker rides on the tip's centre: the text says neither."
+        gravity = "is left out" if experiment.own_weight is None else "acts on the beam and what its tip carries"
+        return (
+            f"{name}: gravity {gravity}, the path is seen from the {experiment.seen_from}, and its marker rides on "
+            "the tip's centre unless the study says otherwise: the text says none of it."
+        )
+    if isinstance(experiment, NaturalModes):
+        return f"{name}: small vibrations about the unloaded shape, without damping or gravity."
     return (
         f"{name}: K' is fitted as to a dense force log at steady speed, which the text does not state; the tip "
         "hardens, so that other spacings give other slopes."

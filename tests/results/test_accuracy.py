@@ -9,7 +9,7 @@ import pytest
 from lab.experiments import KPRIME_ENTRIES, RingDown, StaticStiffness
 from lab.records import Channel, Record, Scalar, channels
 from results.accuracy import HEADER, Entry, against_record, against_scalars, published_ring_down, seconds_per_10_s
-from results.tables import from_json, layout, to_csv, to_json, to_markdown
+from results.tables import Table, from_json, layout, to_console, to_csv, to_json, to_markdown
 
 LAB = {name: Scalar(10.0, unit) for name, unit in KPRIME_ENTRIES}
 
@@ -84,3 +84,36 @@ def test_tables_survive_json_and_stand_in_markdown():
     text = to_markdown([table])
     assert "| 34.79 |" in text
     assert "9.38 *" in text
+
+
+def test_details_survive_json_and_stay_out_of_the_console(capsys):
+    small, large = layout("small", published_ring_down()), Table("large", ("a",), (("hidden",),), detail=True)
+    assert [table.detail for table in from_json(to_json([small, large]))] == [False, True]
+    assert "hidden" in to_markdown([small, large])
+    to_console([small, large])
+    printed = capsys.readouterr().out
+    assert "hidden" not in printed
+    assert "1 more tables of details" in printed
+    to_console([small])
+    assert "more tables" not in capsys.readouterr().out
+
+
+def test_a_layout_of_many_lines_is_a_detail():
+    (row, *_) = published_ring_down()
+    assert layout("t", [replace(row, sample=f"{i}") for i in range(101)]).detail
+    assert not layout("t", [replace(row, sample=f"{i}") for i in range(100)]).detail
+
+
+def test_direction_and_sense_of_an_orbit_have_no_share(orbit):
+    reference, ours = orbit("fea", tilt=0.2, ratio=0.5), orbit("chain", tilt=0.3, ratio=-0.4)
+    rows = {row.quantity: row for row in against_record(ours, reference)}
+    assert rows["minor_axis"].relative_error == pytest.approx(-0.2)
+    assert math.isnan(rows["tilt"].relative_error)
+    assert math.isnan(rows["sense"].relative_error)
+    assert (rows["tilt"].value, rows["sense"].value) == (pytest.approx(0.3), -1.0)
+
+
+def test_stiffness_may_be_compared_with_that_of_a_performer():
+    record = Record("prb", "five", {}, {}, status="unsupported", reason="rank")
+    entry = Entry("table", "five", "single", "beam", StaticStiffness(), record, "x")
+    assert list(against_record(entry, replace(entry, performer="fea"))) == []

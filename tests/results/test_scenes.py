@@ -18,6 +18,30 @@ def scene(tmp_path):
     return {"output": str(tmp_path / "cube.png"), "colour": "", "panels": [panel], "columns": 1}
 
 
+def test_a_mode_shape_is_coloured_by_its_displacement(tmp_path):
+    """A bar of cubes, bent up at one end: from violet at rest to yellow where it moves most."""
+    from matplotlib.image import imread
+
+    points = np.array([[x, y, z] for x in range(5) for z in (0, 1) for y in (0, 1)], float)
+    cells = np.array([[4 * i + j for j in (0, 1, 3, 2)] + [4 * i + 4 + j for j in (0, 1, 3, 2)] for i in range(4)])
+    shape = np.zeros((1, len(points), 3))
+    shape[0, :, 2] = 0.1 * points[:, 0] ** 2
+    channel = Channel("displacement", "m", shape, ("state", "point", "axis"))
+    fields = Fields(points, cells, 12, np.ones(1), {"displacement": channel})
+    write_record(tmp_path / "bar.vtkhdf", Record("fea", "bar", {}, {}, fields=fields), {})
+    panel = {"file": str(tmp_path / "bar.vtkhdf"), "state": 0, "caption": "mode 1"}
+    output = tmp_path / "bar.png"
+    wanted = {"output": str(output), "colour": scenes.DISPLACEMENT, "panels": [panel], "columns": 1}
+    files, reason = scenes.Drawing([wanted]).wait()
+    if "SIG" in reason:
+        pytest.skip(reason)
+    assert files == [output]
+    pixels = imread(output)[..., :3].reshape(-1, 3)
+    reds, blues = pixels[:, 0] - pixels[:, 2], pixels[:, 2] - pixels[:, 1]
+    assert reds.max() > 0.3  # yellow
+    assert blues.max() > 0.1  # violet
+
+
 def test_a_renderer_that_dies_leaves_a_reason_and_no_picture(scene, tmp_path, monkeypatch):
     """As VTK does without EGL."""
     dying = tmp_path / "python"
