@@ -16,7 +16,7 @@ from results.mode_tables import THEORY, mode_tables, theory_rows
 from results.orbit_series import orbit_series
 from results.orbit_tables import orbit_tables
 from results.store import write_text
-from results.summary import errors_by_quantity, summary
+from results.summary import errors_by_quantity, summary, told_once
 from results.tables import Table, layout, to_csv, to_json, to_markdown
 
 PUBLISHED = "what the dissertation reports of its own ring-down models"
@@ -97,7 +97,7 @@ def summaries(plan: Plan, groups: list[tuple[str, list[Row]]]) -> list[Table]:
             noise = getattr(plan.study.performers[rows[0].reference], "noise", 0.0)
             note = f"the noise of {rows[0].reference} alone is {1e3 * noise * math.sqrt(3.0):.3g} mm of eq. 5.13"
             tables.append(replace(found, notes=(*found.notes, note)) if noise else found)
-    return tables
+    return told_once(tables)
 
 
 def _lab_rows(plan: Plan, comparison: Comparison, found: list[Entry]) -> Iterator[Row]:
