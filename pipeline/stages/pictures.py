@@ -23,6 +23,8 @@ from results.store import write_text
 _FEW = 8
 #: Twists from which on a campaign is a sweep over the twist.
 _SWEEP = 4
+#: Orbits that the grid shows in one row: no curve is drawn through so few.
+_ROW = 5
 #: Heading of the fits' pictures.
 _FITS = "fits"
 
@@ -117,8 +119,9 @@ def _of_orbits(plan: Plan, name: str, series: Sequence[Series], folder: Path) ->
         if len(grid.family_of(one)) > 1:
             path = grid.twist_family(one, reference, folder / stem.format("family"))
             yield Picture(path, f"{one.title}: path of the tip over the twist, on one scale", name)
-        path = axes.orbit_axes(one, reference, folder / stem.format("axes"))
-        yield Picture(path, f"{one.title}: axes and sense of the tip's orbit over the {one.name}", name)
+        if len(one.values) > _ROW:
+            path = axes.orbit_axes(one, reference, folder / stem.format("axes"))
+            yield Picture(path, f"{one.title}: axes and sense of the tip's orbit over the {one.name}", name)
         path = grid.orbit_grid(one, reference, folder / stem.format("orbits"))
         yield Picture(path, f"{one.title}: path of the tip, every {one.name}", name, folded=len(swept) > 2)
     if alone:

@@ -27,7 +27,7 @@ campaigns:
     specimen: beam
     experiment: shake
     performers: [chain, hinges]
-    sweep: {specimen.twist: [90 deg, -90 deg], experiment.frequency: [9 Hz, 17 Hz]}
+    sweep: {specimen.twist: [90 deg, -90 deg], experiment.frequency: {from: 5 Hz, to: 30 Hz, count: 6}}
   twists:
     specimen: beam
     experiment: shake
@@ -72,7 +72,7 @@ def test_every_experiment_gets_its_figures_under_its_campaign(plan):
             "frequencies_axes_twist-90-deg.png", "frequencies_orbits_twist-90-deg.png",
             "frequencies_axes_twist--90-deg.png", "frequencies_orbits_twist--90-deg.png",
         ],
-        "twists": ["twists_family_15-Hz.png", "twists_axes_15-Hz.png", "twists_orbits_15-Hz.png"],
+        "twists": ["twists_family_15-Hz.png", "twists_orbits_15-Hz.png"],
         "one": ["one_orbits.png"],
         "modes": ["modes_modes.png"],
         "stiffness": ["stiffness_bars.png", "stiffness_twist.png", "stiffness_chain_curves.png"],
