@@ -3,7 +3,6 @@
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fea.carrier import Carrier
 from fea.case import Case
@@ -13,10 +12,9 @@ from fea.pictures import shape_fields
 from fea.setting_up import Mesh, how, make_part, said, warm_up
 from fea.vibration import vibrations
 from lab.experiments import NaturalModes
+from lab.experiments.natural_modes import senses
 from lab.records import Channel, Record, channels
 from lab.specimens import Specimen
-
-Array = NDArray[np.float64]
 
 #: Largest displacement of the shapes in pictures, as a share of the beam's length.
 _SHOWN = 0.1
@@ -34,8 +32,7 @@ def perform(specimen: Specimen, experiment: NaturalModes, model: FeaModel, mesh:
         return Record(**said(specimen, experiment, model), status="failed", reason=f"no natural modes: {error}")
     carrier = Carrier(part, np.zeros((1, 3)))
     tip = np.array([carrier.velocity(shape) for shape in found.shapes])
-    # An eigenvector has no sign of its own: the largest component of the tip's motion is positive.
-    sense = np.sign(tip[np.arange(len(tip)), np.abs(tip * _lengths(specimen)).argmax(axis=1)])
+    sense = senses(tip, specimen.width)
     tip, shapes = sense[:, None] * tip, sense[:, None, None] * found.shapes
     numbers = np.arange(1, len(tip) + 1)
     largest = np.linalg.norm(shapes, axis=2).max(axis=1)
@@ -53,8 +50,3 @@ def perform(specimen: Specimen, experiment: NaturalModes, model: FeaModel, mesh:
         how=how(part, model, solver_class(model.linear_solver).name, seconds, history),
         fields=shape_fields(part, numbers.tolist(), shown),
     )  # fmt: skip
-
-
-def _lengths(specimen: Specimen) -> Array:
-    """What makes displacements and rotations of the tip comparable: 1 and half the width, m."""
-    return np.array([1.0] * 3 + [specimen.width / 2.0] * 3)

@@ -1,4 +1,4 @@
-"""Orbits of shaken beams as series over one swept number: the common ground of tables, figures and ledger."""
+"""Orbits of shaken beams as series over one swept number: the common ground of tables and figures."""
 
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace

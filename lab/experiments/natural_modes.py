@@ -3,10 +3,13 @@
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from lab.materials import Frozen
 from lab.records import Record, Scalar
+
+Array = NDArray[np.float64]
 
 
 class NaturalModes(Frozen):
@@ -34,3 +37,18 @@ class NaturalModes(Frozen):
         half = record.specimen["width"] / 2.0
         sizes = np.stack([np.hypot(tip[:, 1], tip[:, 2]), half * np.abs(tip[:, 3]), np.abs(tip[:, 0])])
         return [("bending", "torsion", "stretch")[i] for i in np.argmax(sizes, axis=0)]
+
+
+def senses(tip: Array, width: float) -> Array:
+    """Factors 1 and -1 (modes,) that make the largest of every mode's tip motion positive: a shape has no own sign.
+
+    Parameters
+    ----------
+    tip
+        As in ``NaturalModes``, (modes, 6), m and rad; rotations count times half the width.
+    width
+        Of the section, m.
+    """
+    sizes = tip * ([1.0] * 3 + [width / 2.0] * 3)
+    largest = np.take_along_axis(sizes, np.abs(sizes).argmax(axis=1)[:, None], axis=1)[:, 0]
+    return np.where(largest < 0.0, -1.0, 1.0)

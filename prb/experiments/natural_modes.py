@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.experiments import NaturalModes
+from lab.experiments.natural_modes import senses
 from lab.records import Channel, Fields, Record, channels
 from lab.specimens import Specimen
 from prb.experiments.common import DOFS, heading, how
@@ -49,10 +50,7 @@ def natural_modes(specimen: Specimen, experiment: NaturalModes, model: PrbModel)
 def tip_of(chain: Chain, modes: Modes, specimen: Specimen) -> Array:
     """Motion of the tip in each mode, (modes, 6), m and rad, its largest positive (rotations times half the width)."""
     tip = modes.shapes @ chain.at_rest.jacobian.T
-    sizes = tip * ([1.0] * 3 + [specimen.width / 2.0] * 3)
-    largest = np.take_along_axis(sizes, np.abs(sizes).argmax(axis=1)[:, None], axis=1)
-    signed: Array = np.where(largest < 0.0, -tip, tip)
-    return signed
+    return np.asarray(senses(tip, specimen.width)[:, None] * tip)
 
 
 def _channels(modes: Modes, tip: Array) -> dict[str, Channel]:
