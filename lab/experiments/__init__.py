@@ -6,9 +6,18 @@ from pydantic import Field
 
 from lab.experiments.base_shake import BaseShake
 from lab.experiments.natural_modes import NaturalModes
+from lab.experiments.pinch import Pinch
+from lab.experiments.pinched_bending import PinchedBending
 from lab.experiments.ring_down import RingDown
+from lab.experiments.shape_recovery import ShapeRecovery
 from lab.experiments.static_stiffness import KPRIME_ENTRIES, QPRIME_ENTRIES, StaticStiffness
 
-Experiment = Annotated[StaticStiffness | RingDown | BaseShake | NaturalModes, Field(discriminator="kind")]
+Experiment = Annotated[
+    StaticStiffness | RingDown | BaseShake | NaturalModes | Pinch | PinchedBending | ShapeRecovery,
+    Field(discriminator="kind"),
+]
 
-__all__ = ["KPRIME_ENTRIES", "QPRIME_ENTRIES", "BaseShake", "Experiment", "NaturalModes", "RingDown", "StaticStiffness"]
+__all__ = [
+    "KPRIME_ENTRIES", "QPRIME_ENTRIES", "BaseShake", "Experiment", "NaturalModes", "Pinch", "PinchedBending",
+    "RingDown", "ShapeRecovery", "StaticStiffness",
+]  # fmt: skip

@@ -1,8 +1,13 @@
 """Parametric devices: one file each, immutable, validated when made."""
 
+from typing import Annotated
+
+from pydantic import Field
+
+from lab.specimens.pinched_tube import PinchedTube
 from lab.specimens.twisted_beam import TwistedBeam
 
-#: Any specimen; a second device makes this a union discriminated by ``kind``.
-Specimen = TwistedBeam
+#: Any specimen.
+Specimen = Annotated[TwistedBeam | PinchedTube, Field(discriminator="kind")]
 
-__all__ = ["Specimen", "TwistedBeam"]
+__all__ = ["PinchedTube", "Specimen", "TwistedBeam"]
