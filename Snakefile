@@ -82,7 +82,7 @@ rule fea:
         plan.folder / "benchmarks/fea/{id}.tsv"
     threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=2000,
         runtime=60,
     params:
         study=study,

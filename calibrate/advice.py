@@ -21,7 +21,7 @@ from calibrate.targets import Target, record_of
 from calibrate.uncertainty import Errors, Uncertainty
 from lab.experiments import RingDown, StaticStiffness
 from lab.records import Record
-from lab.specimens import Specimen
+from lab.specimens import Specimen, TwistedBeam
 
 Array = NDArray[np.float64]
 #: Relative standard error below which nothing needs to be told better, and the improvement worth naming.
@@ -169,7 +169,7 @@ def _releases(like: Target, there: Sequence[Target], error: Errors) -> Iterator[
             yield _Candidate(
                 f"An off-axis release {words} (load at {place})", change, _bare(like, like.specimen, off), error
             )
-    if "tip_mass" in type(like.specimen).model_fields:
+    if isinstance(like.specimen, TwistedBeam):
         mass = like.specimen.tip_mass + _TIP_MASS
         heavy = like.specimen.model_copy(update={"tip_mass": mass})
         words = f"The same release with a tip mass of {1e3 * mass:.3g} g"

@@ -143,7 +143,7 @@ class FeaPerformer:
         nominal = self.model.applied_to(specimen)
         found = {}
         for name, (unit, shown_in) in _UNITS.items():
-            if name == "thickness" and self.model.element != "shell":
+            if name == "thickness" and (self.model.element != "shell" or not hasattr(nominal, "thickness")):
                 continue
             value = float(getattr(nominal if name == "thickness" else nominal.material, name))
             low, high = _RANGES.get(name) or tuple(share * value for share in _SHARES[name])

@@ -173,6 +173,29 @@ class ParametricFit(_Fitting):
         return self
 
 
+class HingeFit(Frozen):
+    """Learn the hinge of a pinched tube over pinch angle and travel from records of ``Pinch`` and ``PinchedBending``.
+
+    Pinches give stiffness, axis and forces along the travel; bendings of the same pinch angles, and of the open tube,
+    say how the springs harden.
+    """
+
+    kind: Literal["hinge"] = "hinge"
+    model: str = Field(description="PRB performer with a topology for a PinchedTube.")
+    data: list[DataSpec] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _a_record_is_used(self) -> Self:
+        if not any(item.used for item in self.data):
+            raise ValueError("data: no record is used; name at least one under used")
+        for number, item in enumerate(self.data):
+            given = {"quantities": item.quantities, "window": item.window, "nuisances": item.nuisances}
+            for name, value in given.items():
+                if value:
+                    raise ValueError(f"data.{number}.{name}: a hinge fit has no use for it")
+        return self
+
+
 class ModulusFit(Frozen):
     """Fit the FEA's Young's modulus to rows of a measured stiffness table."""
 

@@ -41,7 +41,7 @@ def _kernel_cache() -> str:
     """
     here, digest = Path(__file__).parent, hashlib.sha256()
     for source in (file.read_bytes() for file in sorted(here.rglob("*.py"))):
-        if b"@njit" in source:
+        if b"\n@njit" in source:
             digest.update(source)
     return str(here / "__pycache__" / f"kernels-{digest.hexdigest()[:12]}")
 
@@ -54,7 +54,11 @@ PERFORMERS = {
     "RingDown": "fea.ring_down",
     "BaseShake": "fea.base_shake",
     "NaturalModes": "fea.natural_modes",
+    "Pinch": "fea.pinched",
+    "PinchedBending": "fea.pinched",
+    "ShapeRecovery": "fea.pinched",
 }
+_OF_TUBES = {kind for kind, module in PERFORMERS.items() if module == "fea.pinched"}
 
 #: Public names to their modules: numba and scikit-fem load only when there is work for them.
 _PUBLIC = {
@@ -95,11 +99,14 @@ def perform(specimen: Specimen, experiment: Experiment, model: FeaModel, mesh: A
         Status ``diverged`` with the reason and what was reached when equilibrium was lost,
         ``unsupported`` for an experiment that this performer does not know.
     """
-    module = PERFORMERS.get(experiment.kind)
+    module, why = PERFORMERS.get(experiment.kind), ""
     if module is None:
+        why = f"no finite-element performer for {experiment.kind}; there are {', '.join(PERFORMERS)}"
+    elif (specimen.kind == "PinchedTube") != (experiment.kind in _OF_TUBES):
+        why = f"{experiment.kind} is not for a {specimen.kind} by finite elements"
+    if module is None or why:
         return Record(
-            model.origin, model.kind, specimen.model_dump(), experiment.model_dump(), status="unsupported",
-            reason=f"no finite-element performer for {experiment.kind}; there are {', '.join(PERFORMERS)}",
-        )  # fmt: skip
+            model.origin, model.kind, specimen.model_dump(), experiment.model_dump(), status="unsupported", reason=why
+        )
     performer: Callable[..., Record] = import_module(module).perform
     return performer(specimen, experiment, model, mesh)

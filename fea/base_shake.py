@@ -19,7 +19,7 @@ from fea.shell_motion import ShellMotion, Trajectory
 from lab.experiments import BaseShake
 from lab.records import Channel, Record, Scalar, channels
 from lab.settling import Settling
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 
 if TYPE_CHECKING:
     from fea.hanging import Hung
@@ -46,7 +46,7 @@ class _Orbit:
     reason: str = ""
 
 
-def perform(specimen: Specimen, experiment: BaseShake, model: FeaModel, mesh: Mesh) -> Record:
+def perform(specimen: TwistedBeam, experiment: BaseShake, model: FeaModel, mesh: Mesh) -> Record:
     """Shake the clamp until the orbit of the tip is steady; see ``fea.perform``."""
     if model.element != "shell":
         return Record(
@@ -94,7 +94,7 @@ def perform(specimen: Specimen, experiment: BaseShake, model: FeaModel, mesh: Me
 
 
 def _not_begun(
-    specimen: Specimen, experiment: BaseShake, model: FeaModel, part: Shell, start: "Hung", seconds: float
+    specimen: TwistedBeam, experiment: BaseShake, model: FeaModel, part: Shell, start: "Hung", seconds: float
 ) -> Record:
     """Record of a beam that does not find its rest."""
     return Record(

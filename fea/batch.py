@@ -10,7 +10,8 @@ import fea
 from fea.model import FeaModel, MaterialChange
 from lab.experiments import Experiment
 from lab.requests import Request, Response
-from lab.specimens import Specimen
+from lab.specimens import PinchedTube, Specimen
+from meshes.options import MeshOptions
 
 if TYPE_CHECKING:
     from fea.setting_up import Mesh
@@ -21,6 +22,9 @@ _SENSED = {
     "BaseShake": ("time", "markers"),
     "StaticStiffness": ("leg", "motion", "wrench"),
     "NaturalModes": ("frequency", "tip"),
+    "Pinch": ("stage", "travel", "force", "contact_force", "pose", "section", "flexibility"),
+    "PinchedBending": ("stage", "travel", "force", "load", "pushed", "pose"),
+    "ShapeRecovery": ("stage", "force", "load", "pushed", "pose", "section"),
 }
 
 #: Outcome of one run: the response, and why there is none.
@@ -62,7 +66,8 @@ class Batch:
         responses
             ``RingDown`` and ``BaseShake``: ``time`` (samples,), ``markers`` (samples, markers, 3).
             ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  ``NaturalModes``: ``frequency``
-            (modes,), ``tip`` (modes, 6).  None where the run did not complete: see ``failures``.
+            (modes,), ``tip`` (modes, 6).  Pinched tubes: some of the channels of ``lab.experiments.Pinch``.  None where
+            the run did not complete: see ``failures``.
 
         Raises
         ------
@@ -93,15 +98,13 @@ class Batch:
         return {name: record[name] for name in _SENSED[experiment.kind]}, ""
 
     def _mesh(self, specimen: Specimen, experiment: Experiment) -> "Mesh":
-        from meshes.block import beam_mesh, beam_surface
-
         geometry, options, shell = specimen.geometry(), self.model.mesh_for(experiment), self.model.element == "shell"
         if shell:
-            # The middle surface does not depend on it, so that fits of the thickness share one.
-            del geometry["thickness"]
-        key = (*geometry.items(), options)
+            # The middle surface of a beam does not depend on it, so that fits of the thickness share one.
+            geometry.pop("thickness", None)
+        key = (specimen.kind, *geometry.items(), options)
         if key not in self._meshes:
-            self._meshes[key] = beam_surface(specimen, options) if shell else beam_mesh(specimen, options)
+            self._meshes[key] = _made(specimen, options, shell)
         return self._meshes[key]
 
     def _processes(self) -> ProcessPoolExecutor:
@@ -111,6 +114,15 @@ class Batch:
                 self.workers, mp_context=get_context("spawn"), initializer=_begin, initargs=(self.model,)
             )
         return self._pool
+
+
+def _made(specimen: Specimen, options: MeshOptions, shell: bool) -> "Mesh":
+    from meshes.block import beam_mesh, beam_surface
+    from meshes.tube import tube_solid, tube_surface
+
+    if isinstance(specimen, PinchedTube):
+        return tube_surface(specimen, options) if shell else tube_solid(specimen, options)
+    return beam_surface(specimen, options) if shell else beam_mesh(specimen, options)
 
 
 #: What a process of a batch works with.

@@ -11,7 +11,7 @@ from fea.newton import Options
 from fea.parts import Deformable
 from fea.run import Run
 from fea.statics import static
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Hung:
 
 
 def hang(
-    part: Deformable, specimen: Specimen, model: FeaModel, gravity: tuple[float, float, float] | None,
+    part: Deformable, specimen: TwistedBeam, model: FeaModel, gravity: tuple[float, float, float] | None,
     load: Array | None = None,
 ) -> Hung:  # fmt: skip
     """Apply the own weight, where it counts, and then a load.

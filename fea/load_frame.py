@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fea.coupled_mass import CoupledMass
 from fea.stiff_block import with_block
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 from lab.specimens.load_frame import LoadFrame
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class FramedMesh:
     mass: CoupledMass
 
 
-def framed(specimen: Specimen, frame: LoadFrame, mesh: Any) -> FramedMesh:
+def framed(specimen: TwistedBeam, frame: LoadFrame, mesh: Any) -> FramedMesh:
     """Put the frame on the boundary ``tip`` of a mesh of the specimen, whose axis is x."""
     length = _LENGTH * specimen.thickness
     longer = with_block(mesh, "tip", np.array([length, 0.0, 0.0]), _NAME)

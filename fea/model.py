@@ -1,26 +1,33 @@
 """What a study may choose about the finite-element performer."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeVar, cast
 
 from pydantic import Field, model_validator
 
-from lab.experiments import Experiment
+from lab.experiments import Experiment, Pinch, PinchedBending, ShapeRecovery
 from lab.fields import with_numbers
 from lab.materials import Frozen, Law
-from lab.specimens import Specimen
+from lab.specimens import PinchedTube, TwistedBeam
 from lab.units import Quantity
 from meshes.making import Element
 from meshes.options import MeshOptions
+
+AnySpecimen = TypeVar("AnySpecimen", bound=TwistedBeam | PinchedTube)
 
 #: Meshes of held and of moving specimens by element, for what a study leaves open.  Experiments in motion
 #: get coarser ones: deflections and frequencies of a free beam feel the singular edges of the clamp less
 #: than the reactions of a held one.
 DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
-    "solid": {"mesh": MeshOptions(), "motion_mesh": MeshOptions(along=12, across=4, through=1)},
+    "solid": {
+        "mesh": MeshOptions(),
+        "motion_mesh": MeshOptions(along=12, across=4, through=1),
+        "tube_mesh": MeshOptions(along=24, across=8, through=1, grading_along=0.5),
+    },
     # Elements smaller than the shell is thick resolve nothing at the clamps: evener than solids.
     "shell": {
         "mesh": MeshOptions(along=12, across=4, through=1, grading_along=0.5, grading_across=0.0),
         "motion_mesh": MeshOptions(along=8, across=4, through=1, grading_along=0.7, grading_across=0.0),
+        "tube_mesh": MeshOptions(along=24, across=8, through=1, grading_along=0.5),
     },
 }
 
@@ -47,6 +54,10 @@ class FeaModel(Frozen):
     motion_mesh: MeshOptions = Field(
         DEFAULT_MESHES["solid"]["motion_mesh"], description="Shells have defaults of their own."
     )
+    #: Mesh of pinched tubes: elements along, and from one pad to the next.
+    tube_mesh: MeshOptions = Field(
+        DEFAULT_MESHES["solid"]["tube_mesh"], description="Of pinched tubes: across counts from one pad to the next."
+    )
     material: MaterialChange = MaterialChange()
     #: Replaces the specimen's; meshes of solids must be made with it (those of shells do not depend on it).
     thickness: Annotated[float, Quantity("m", "mm"), Field(gt=0)] | None = None
@@ -62,6 +73,14 @@ class FeaModel(Frozen):
     steps_per_period: int = Field(
         256, ge=32, description="Slow shakes take longer steps than time_step: this many a period."
     )
+    #: Pinched tubes buckle on their way.  Viscous stress carries them past, and is felt little elsewhere.
+    steadying: float = Field(
+        1e-3,
+        ge=0,
+        le=0.1,
+        description="Pinched tubes: least viscous time of the material over the duration of the shortest stage.",
+    )
+    friction: float = Field(0.0, ge=0, le=2, description="Pinched tubes: Coulomb friction of the inner wall on itself.")
     #: A finer model that plays the lab, with known truth, is labelled so.
     origin: Literal["fea", "virtual-lab"] = "fea"
     #: Standard deviation of Gaussian noise on marker coordinates (virtual lab only).
@@ -79,16 +98,23 @@ class FeaModel(Frozen):
 
     def mesh_for(self, experiment: Experiment) -> MeshOptions:
         """Mesh options for an experiment."""
+        if isinstance(experiment, Pinch | PinchedBending | ShapeRecovery):
+            return self.tube_mesh
         return self.motion_mesh if experiment.in_motion else self.mesh
 
-    def applied_to(self, specimen: Specimen) -> Specimen:
+    def applied_to(self, specimen: AnySpecimen) -> AnySpecimen:
         """The specimen with this performer's material figures and thickness.
 
         Raises
         ------
         ValueError
-            When the thickness exceeds the specimen's width.
+            When the thickness exceeds the specimen's width, or the specimen is a tube, which has a wall.
         """
+        walled = specimen.kind == "PinchedTube"
+        if self.thickness is not None and walled:
+            raise ValueError("thickness belongs to twisted beams: change the wall of a PinchedTube in the specimen")
         change = self.material.model_dump(exclude_none=True)
         changed = specimen.model_copy(update={"material": specimen.material.model_copy(update=change)})
-        return changed if self.thickness is None else with_numbers(changed, {"thickness": self.thickness})
+        if self.thickness is not None:
+            changed = with_numbers(changed, {"thickness": self.thickness})
+        return cast(AnySpecimen, changed)

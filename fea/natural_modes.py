@@ -14,13 +14,13 @@ from fea.vibration import vibrations
 from lab.experiments import NaturalModes
 from lab.experiments.natural_modes import senses
 from lab.records import Channel, Record, channels
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 
 #: Largest displacement of the shapes in pictures, as a share of the beam's length.
 _SHOWN = 0.1
 
 
-def perform(specimen: Specimen, experiment: NaturalModes, model: FeaModel, mesh: Mesh) -> Record:
+def perform(specimen: TwistedBeam, experiment: NaturalModes, model: FeaModel, mesh: Mesh) -> Record:
     """Natural vibrations about the unloaded shape, with shapes as states of the picture; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
     began = perf_counter()

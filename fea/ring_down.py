@@ -18,7 +18,7 @@ from fea.setting_up import Mesh, how, make_part, said, warm_up, warm_up_motion
 from fea.shell import Shell
 from lab.experiments import RingDown
 from lab.records import Channel, Record, channels
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ class _Sensed:
             self.states.append((number / experiment.rate, displacement))
 
 
-def perform(specimen: Specimen, experiment: RingDown, model: FeaModel, mesh: Mesh) -> Record:
+def perform(specimen: TwistedBeam, experiment: RingDown, model: FeaModel, mesh: Mesh) -> Record:
     """Hang the load, cut it, and follow the free motion; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
     if model.element == "shell":
@@ -100,7 +100,7 @@ def _steps(experiment: RingDown, model: FeaModel) -> tuple[float, int]:
 
 
 def _swing(
-    part: Deformable, start: Hung, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, start: Hung, specimen: TwistedBeam, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
     """Motion after the release; returns what the integrator did."""
     swinging = Dynamics(part, {"tip": specimen.tip_mass}, start.weight, model.linear_solver, _DYNAMIC_TOLERANCE)
@@ -114,7 +114,7 @@ def _swing(
 
 
 def _swing_shell(
-    part: Deformable, start: Hung, specimen: Specimen, experiment: RingDown, model: FeaModel, sensed: _Sensed
+    part: Deformable, start: Hung, specimen: TwistedBeam, experiment: RingDown, model: FeaModel, sensed: _Sensed
 ) -> dict[str, Any]:
     """The same by compiled steps."""
     from fea.shell_motion import ShellMotion

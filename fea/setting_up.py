@@ -14,7 +14,7 @@ from fea.parts import Deformable
 from fea.shell import Shell
 from lab.experiments import Experiment
 from lab.materials import Material
-from lab.specimens import Specimen
+from lab.specimens import Specimen, TwistedBeam
 from meshes.making import Element, thickness_directions
 
 #: Meshes of specimens: the body, or its middle surface.
@@ -48,7 +48,7 @@ def warm_up_motion() -> None:
     ShellMotion(Shell(mesh, 0.1, Material())).run(1e-4, 2)
 
 
-def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
+def make_part(specimen: TwistedBeam, model: FeaModel, mesh: Mesh) -> Deformable:
     """The specimen in elements, with the performer's material, the density that gives its mass, and its load frame.
 
     The frame holds the tip face by a stiff block beyond it, see ``fea.load_frame``.
@@ -70,7 +70,7 @@ def make_part(specimen: Specimen, model: FeaModel, mesh: Mesh) -> Deformable:
     return body
 
 
-def _shell(specimen: Specimen, mesh: MeshQuad2) -> Shell:
+def _shell(specimen: TwistedBeam, mesh: MeshQuad2) -> Shell:
     if specimen.load_frame is None:
         directors = thickness_directions(specimen, mesh.doflocs.T)
         return Shell(mesh, specimen.thickness, specimen.material, specimen.effective_density, directors)
@@ -83,7 +83,7 @@ def _shell(specimen: Specimen, mesh: MeshQuad2) -> Shell:
     )  # fmt: skip
 
 
-def _body(specimen: Specimen, mesh: MeshHex2) -> Body:
+def _body(specimen: TwistedBeam, mesh: MeshHex2) -> Body:
     if specimen.load_frame is None:
         return Body(mesh, specimen.material, specimen.effective_density)
     whole = framed(specimen, specimen.load_frame, mesh)

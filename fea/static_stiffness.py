@@ -15,7 +15,7 @@ from fea.pictures import fields
 from fea.setting_up import Mesh, how, make_part, said, warm_up
 from lab.experiments import StaticStiffness
 from lab.records import Channel, Record, channels
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 
 Array = NDArray[np.float64]
 
@@ -110,7 +110,7 @@ class _Sensed:
         )  # fmt: skip
 
 
-def perform(specimen: Specimen, experiment: StaticStiffness, model: FeaModel, mesh: Mesh) -> Record:
+def perform(specimen: TwistedBeam, experiment: StaticStiffness, model: FeaModel, mesh: Mesh) -> Record:
     """Move the tip along every leg and sense the wrench; see ``fea.perform``."""
     warm_up(model.linear_solver, model.element)
     began = perf_counter()

@@ -8,8 +8,10 @@ import math
 from collections.abc import Callable, Mapping
 
 from lab.materials import material
+from lab.pinching import first_order, pair_shares
 from lab.published import figures
 from lab.sections import torsion_constant
+from lab.tube_theory import tip_stiffness
 
 Number = float | tuple[float, ...]
 #: Angles of attack at which the plate law of 4.5.3 is checked, rad.
@@ -32,6 +34,15 @@ def tendon_spacing() -> Number:
     return 360.0 / 6
 
 
+def pinch_force_increase() -> Number:
+    """By how much (%) F_p must be larger half-way between two pairs, small deflections of a thin ring (eqs 3.2 to 3.5).
+
+    The second harmonics of two equal forces add up to less than that of one.
+    """
+    middle = first_order(pair_shares(math.radians(60.0)))
+    return 100.0 * (middle.force_factor - 1.0)
+
+
 def pinch_slope() -> Number:
     """Slope of beta against alpha that turns from one pair to the next, 90 deg, within its sector of 120 deg."""
     return 90.0 / (360.0 / 3)
@@ -47,12 +58,9 @@ def printed_tube_stiffness() -> Number:
 
     The diameter is read as the outer one.
     """
-    modulus, wall = _value("c5-tpu-E"), _value("c3-tpu-wall")
-    length, radius = _value("c3-tpu-length"), (_value("c3-tpu-diameter") - wall) / 2
-    bending = 3 * modulus * math.pi * radius**3 * wall / length**3
-    shear_modulus = modulus / (2 * (1 + _TUBE_POISSON_RATIO))
-    shear = 0.5 * shear_modulus * 2 * math.pi * radius * wall / length
-    return 1 / (1 / bending + 1 / shear)
+    wall = _value("c3-tpu-wall")
+    radius = (_value("c3-tpu-diameter") - wall) / 2
+    return tip_stiffness(_value("c5-tpu-E"), _TUBE_POISSON_RATIO, radius, wall, _value("c3-tpu-length"))
 
 
 def fin_pinch_increment() -> Number:
@@ -161,9 +169,9 @@ def torsion() -> Number:
 FORMULAS: Mapping[str, Callable[[], Number]] = {
     function.__name__: function
     for function in (
-        pinch_spacing, tendon_spacing, pinch_slope, hinge_stiffness_ratio, printed_tube_stiffness, fin_pinch_increment,
-        speed_in_body_lengths, reynolds_load_fin, reynolds_tpe_fin, plate_along_flow, plate_across_flow,
-        plate_resultant, plate_speed_for_peak_thrust, links_length, last_link, solid_mass, segment_twist, foot_gap,
-        guided_strong_axis, guided_weak_axis, torsion,
+        pinch_spacing, tendon_spacing, pinch_slope, pinch_force_increase, hinge_stiffness_ratio,
+        printed_tube_stiffness, fin_pinch_increment, speed_in_body_lengths, reynolds_load_fin, reynolds_tpe_fin,
+        plate_along_flow, plate_across_flow, plate_resultant, plate_speed_for_peak_thrust, links_length, last_link,
+        solid_mass, segment_twist, foot_gap, guided_strong_axis, guided_weak_axis, torsion,
     )
 }  # fmt: skip

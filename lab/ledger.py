@@ -19,7 +19,7 @@ from lab.units import WRITTEN_BY_HAND, Quantity
 
 LEDGER = DATA / "ledger.yaml"
 #: What will bring the answers that are not there yet.
-Coming = Literal["calibration", "contact and walking", "pinched tube", "tube with fins"]
+Coming = Literal["calibration", "contact and walking", "tube with fins"]
 #: Kind of a model: its origin, and whether it was fitted to anything.
 Role = Literal["lab", "virtual-lab", "fea", "fea fitted", "prb", "prb fitted"]
 #: Words by which the notes of the published figures mark what contradicts itself.
@@ -89,7 +89,7 @@ class Input(_Judgement):
 
     judge: Literal["input"] = "input"
     where: str = Field(min_length=1)
-    #: ``KIND.FIELD`` of a specimen or an experiment, or ``material:NAME.FIELD``.
+    #: ``KIND.FIELD`` of a specimen or an experiment, ``material:NAME.FIELD``, or ``size:NAME.FIELD`` of a tube.
     field: str = ""
     both_senses: bool = Field(False, description="The field is one sense of a published pair.")
 
@@ -151,8 +151,22 @@ class Observed(_Judgement):
     tolerance: Tolerance
 
 
+class Tube(_Judgement):
+    """What a pinched tube of a published size does, as a rule over a study's pinches, push tests and loads."""
+
+    judge: Literal["tube"] = "tube"
+    rule: Literal[
+        "force-increase", "transitions", "push-open", "push-closed", "push-ratio", "directions", "recovers",
+        "needs-help",
+    ]  # fmt: skip
+    sizes: tuple[Literal["fea-tube", "printed-tpu", "pet"], ...] = Field(description="In order of preference.")
+    role: tuple[Role, ...]
+    tolerance: Tolerance
+    beside: dict[str, str] = Field(default_factory=dict, description="Formulas to show beside, by what to call them.")
+
+
 Judgement = Annotated[
-    Cannot | NotYet | Input | ClosedForm | InTable | Measured | Orbit | Observed, Field(discriminator="judge")
+    Cannot | NotYet | Input | ClosedForm | InTable | Measured | Orbit | Observed | Tube, Field(discriminator="judge")
 ]  # fmt: skip
 
 

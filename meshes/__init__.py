@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from meshes.options import MeshOptions
 
 if TYPE_CHECKING:
+    from meshes.cad import mesh_cad as mesh_cad
+    from meshes.cad import write_cad as write_cad
     from meshes.gathering import MeshError as MeshError
     from meshes.joining import joined as joined
     from meshes.making import Element as Element
@@ -19,12 +21,15 @@ if TYPE_CHECKING:
     from meshes.structured import solid_mesh as solid_mesh
     from meshes.structured import surface_mesh as surface_mesh
     from meshes.structured import thickened as thickened
+    from meshes.tube import tube_solid as tube_solid
+    from meshes.tube import tube_surface as tube_surface
 
 #: Public names and the modules that hold them, loaded when they are first asked for.
 _PUBLIC = {
     "MeshError": "gathering", "joined": "joining", "Element": "making", "make_mesh": "making",
     "quality_path": "making", "from_meshio": "reading", "read_mesh": "reading", "solid_mesh": "structured",
-    "surface_mesh": "structured", "thickened": "structured",
+    "surface_mesh": "structured", "thickened": "structured", "mesh_cad": "cad", "write_cad": "cad",
+    "tube_solid": "tube", "tube_surface": "tube",
 }  # fmt: skip
 
 __all__ = ["MeshOptions", *_PUBLIC]  # noqa: PLE0604

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.specimens import TwistedBeam
-from meshes.making import twisted
 from meshes.options import MeshOptions
 from meshes.structured import surface_mesh
+from meshes.twist import twisted
 
 if TYPE_CHECKING:
     from skfem import MeshHex2, MeshQuad2

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.study import Study, StudyError
+from pipeline.study import Study, StudyError, load_study
 
 if TYPE_CHECKING:
     from pipeline.plan import Plan
@@ -83,7 +83,14 @@ def _parser() -> argparse.ArgumentParser:
     carry.add_argument("performer", help="PRB performer of the study")
     carry.add_argument("--specimen", default="", help="specimen of the study (default: its only one)")
     carry.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE", help="change of the specimen")
+    carry.add_argument("--pinch", default="", metavar="ANGLE", help="of a tube's hinge: pinch angle, as '30 deg'")
+    carry.add_argument("--share", type=float, default=1.0, help="of it: 0 open to 1 closed (default: closed)")
     carry.add_argument("-o", "--output", type=Path, default=Path("model.xml"), help="file to write")
+    draw = add("cad", _cad, "write a specimen as STEP or STL", "config/pinched_tube.yaml printed -o tube.step")
+    draw.add_argument("study", type=Path)
+    draw.add_argument("specimen", nargs="?", default="", help="specimen of the study (default: its only one)")
+    draw.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE", help="change of the specimen")
+    draw.add_argument("-o", "--output", type=Path, default=Path("specimen.step"), help="file to write: .step or .stl")
     measure = add("bench", _bench, "run benchmarks and write runs/bench/benchmarks.csv", "tube_pinch")
     measure.add_argument("names", nargs="*", metavar="NAME", help="benchmarks (default: all)")
     measure.add_argument("--list", action="store_true", help="only list their names")
@@ -146,7 +153,15 @@ def _stage_function(options: argparse.Namespace) -> Callable[["Plan", str, Path]
 def _model(options: argparse.Namespace) -> int:
     from pipeline.stages.model import model
 
-    print(model(_plan_of(options), options.performer, options.specimen, options.set, options.output))
+    plan, pinch = _plan_of(options), (options.pinch, options.share)
+    print(model(plan, options.performer, options.specimen, options.set, options.output, *pinch))
+    return OK
+
+
+def _cad(options: argparse.Namespace) -> int:
+    from pipeline.stages.cad import cad
+
+    print(cad(load_study(options.study), options.specimen, options.set, options.output))
     return OK
 
 

@@ -11,17 +11,18 @@ from typing import Any, Literal, get_args
 
 from pydantic import TypeAdapter
 
-from calibrate.spec import Fit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
+from calibrate.spec import Fit, HingeFit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
 from lab.experiments import Experiment
 from lab.fields import changed, shown
 from lab.materials import Frozen
 from lab.published import PREFIX, StiffnessTable, locate, read_stiffness_table
 from lab.recordings import inputs as lab_inputs
-from lab.specimens import Specimen
+from lab.specimens import Specimen, TwistedBeam
 from lab.units import to_si
 from pipeline.batches import Batch, in_batches
 from pipeline.provenance import source_hash
 from pipeline.study import SINGLE, FeaPerformer, LabPerformer, Performer, Study, StudyError, digest, load_study
+from pipeline.suiting import check_sample
 from pipeline.sweep import Value, points
 from results.accuracy import Seen
 
@@ -30,8 +31,8 @@ Stage = Literal["mesh", "lab", "fea", "prb", "fit"]
 RUNS = Path(os.environ.get("SCRAM_RUNS", "runs"))
 #: The bench: what every performer of an experiment uses of ``lab``.  The ledger's words, say, are not in it.
 _BENCH = (
-    "lab.data.materials", "lab.experiments", "lab.fields", "lab.materials", "lab.measures", "lab.records",
-    "lab.requests", "lab.specimens", "lab.units",
+    "lab.data.materials", "lab.experiments", "lab.fields", "lab.hinge", "lab.materials", "lab.measures", "lab.pinching",
+    "lab.records", "lab.requests", "lab.specimens", "lab.units",
 )  # fmt: skip
 _SENSED = ("calibrate.sensors", "pipeline.stages.sensed")
 #: What each stage's answer depends on: packages or modules, by import name.
@@ -42,7 +43,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "prb": (*_BENCH, "prb", *_SENSED, "results.store", "pipeline.stages.perform"),
     "fit": (
         *_BENCH, "lab.published", "prb", "calibrate", "results.store", "pipeline.stages.fit",
-        "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings", "pipeline.stages.fit_selection",
+        "pipeline.stages.fit_hinge", "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings",
+        "pipeline.stages.fit_selection",
     ),
 }  # fmt: skip
 #: What the tables, figures and the report depend on.
@@ -203,6 +205,10 @@ class Plan:
             words |= said
         text = "_".join(words[axis] for axis in point)
         slug = text.replace("/", "per").replace("^", "").replace("*", "").replace(" ", "") or SINGLE
+        try:
+            check_sample(bench["specimen"], bench["experiment"], bench["performer"])
+        except ValueError as error:
+            raise StudyError(f"campaigns.{campaign}: {slug}: {error}") from None
         return Sample(
             campaign, performer, slug, spec.specimen, bench["specimen"], bench["experiment"], bench["performer"]
         )
@@ -299,7 +305,7 @@ class Plan:
             records += [self.fit_output(other) for other in fit.fits]
             models = [self.following(other).model for other in fit.fits]
             params["performers"] = [self.study.performers[model].model_dump(mode="json") for model in models]
-        elif isinstance(fit, Fit | ParametricFit):
+        elif isinstance(fit, Fit | ParametricFit | HingeFit):
             params["performer"] = self.study.performers[fit.model].model_dump(mode="json")
             tables = [item.reference for item in fit.data if item.reference in self.study.lab]
             params["lab"] = [self.study.lab[table].model_dump(mode="json") for table in tables]
@@ -323,10 +329,10 @@ class Plan:
             return [sample for campaign in campaigns for sample in self.of_campaign(campaign, fit.model)]
         return [datum.sample for datum in self.data(name) if datum.row is None]
 
-    def following(self, name: str) -> Fit | ParametricFit:
+    def following(self, name: str) -> Fit | ParametricFit | HingeFit:
         """A fit that follows records; TypeError for one of another kind."""
         fit = self.study.fits[name]
-        if not isinstance(fit, Fit | ParametricFit):
+        if not isinstance(fit, Fit | ParametricFit | HingeFit):
             raise TypeError(f"fit {name} of kind {fit.kind} follows no records")
         return fit
 
@@ -392,6 +398,8 @@ class Plan:
         for phi in self.lab_table(table).rows:
             angles = [math.radians(angle) for angle in self.study.lab[table].reading.specimen_angles(phi)]
             for sample in self.of_campaign(campaign, performer):
+                if not isinstance(sample.specimen, TwistedBeam):
+                    continue
                 beam = (sample.specimen.twist, sample.specimen.root_angle)
                 if all(math.isclose(a, b, abs_tol=1e-9) for a, b in zip(beam, angles, strict=True)):
                     found.setdefault(phi, sample)

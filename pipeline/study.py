@@ -12,20 +12,21 @@ import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from calibrate.performers import free_coordinates, performer_of
-from calibrate.spec import Fit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
+from calibrate.spec import Fit, HingeFit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
 from fea.model import FeaModel
 from lab.experiments import Experiment
 from lab.materials import Frozen
 from lab.published import PREFIX, locate
 from lab.recordings import LabModel
-from lab.specimens import Specimen
+from lab.specimens import Specimen, TwistedBeam
 from lab.units import WRITTEN_BY_HAND, to_si
+from pipeline.suiting import misfit
 from pipeline.sweep import Grid
 from prb.model import BESIDE, PrbModel
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9-]*")
 #: Sections whose entries are of several kinds.
-_OF_A_KIND = ("experiments", "performers", "fits")
+_OF_A_KIND = ("specimens", "experiments", "performers", "fits")
 #: Name of the one sample of a campaign without a sweep.
 SINGLE = "single"
 
@@ -63,7 +64,9 @@ class LabPerformer(LabModel):
 
 
 Performer = Annotated[FeaPerformer | PrbPerformer | LabPerformer, Field(discriminator="kind")]
-AnyFit = Annotated[Fit | ModulusFit | ReadingsFit | SelectionFit | ParametricFit, Field(discriminator="kind")]
+AnyFit = Annotated[
+    Fit | ModulusFit | ReadingsFit | SelectionFit | ParametricFit | HingeFit, Field(discriminator="kind")
+]
 
 
 class Campaign(Frozen):
@@ -139,6 +142,9 @@ class Study(Frozen):
             yield from _missing(f"campaigns.{name}.specimen", [campaign.specimen], self.specimens)
             yield from _missing(f"campaigns.{name}.experiment", [campaign.experiment], self.experiments)
             yield from _missing(f"campaigns.{name}.performers", campaign.performers, self.performers)
+            specimen, experiment = self.specimens.get(campaign.specimen), self.experiments.get(campaign.experiment)
+            if specimen and experiment and (why := misfit(specimen, experiment)):
+                yield f"campaigns.{name}.experiment: {why}"
             for axis in {axis for grid in campaign.sweep for axis in grid}:
                 if axis.partition(".")[0] not in ("specimen", "experiment", "performer"):
                     yield f"campaigns.{name}.sweep: {axis!r} must start with specimen., experiment. or performer."
@@ -152,6 +158,13 @@ class Study(Frozen):
             yield from _missing(
                 f"comparisons.{number}.reference", [comparison.reference], {**self.lab, **self.performers}
             )
+            if comparison.reference in self.lab and comparison.campaign in self.campaigns:
+                specimen = self.specimens.get(self.campaigns[comparison.campaign].specimen)
+                if specimen is not None and not isinstance(specimen, TwistedBeam):
+                    yield (
+                        f"comparisons.{number}.reference: {comparison.reference!r} is a table of twisted beams, and "
+                        f"{comparison.campaign!r} tests a {specimen.kind}"
+                    )
 
     def _fit_faults(self, name: str, fit: Any) -> Iterator[str]:
         if isinstance(fit, SelectionFit):
@@ -169,11 +182,14 @@ class Study(Frozen):
             return
         for number, item in enumerate(fit.data):
             yield from _missing(f"fits.{name}.data.{number}.campaign", [item.campaign], self.campaigns)
-            known = {**self.performers, **self.lab}
+            known = self.performers if isinstance(fit, HingeFit) else {**self.performers, **self.lab}
             yield from _missing(f"fits.{name}.data.{number}.reference", [item.reference], known)
         model = self.performers.get(fit.model)
         if isinstance(model, LabPerformer):
             yield f"fits.{name}.model: {fit.model!r} is the lab, which has nothing to fit"
+        elif isinstance(fit, HingeFit):
+            if isinstance(model, FeaPerformer):
+                yield f"fits.{name}.model: {fit.model!r} is FEA; a hinge is fitted for a PRB model"
         elif model is not None:
             yield from self._free_faults(name, fit, model)
 

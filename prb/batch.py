@@ -81,13 +81,18 @@ class Batch:
         self.failures = {}
         responses: list[Response] = [None] * len(requests)
         groups: dict[Hashable, list[_Run]] = {}
+        perform = {
+            "RingDown": self._ring_downs, "BaseShake": self._shakes,
+            "StaticStiffness": self._statics, "NaturalModes": self._modes,
+        }  # fmt: skip
         for run in self._runs(requests):
-            groups.setdefault(_alike(run), []).append(run)
+            if run.experiment.kind in perform:
+                groups.setdefault(_alike(run), []).append(run)
+            else:
+                self.failures[run.place] = (
+                    f"a {run.experiment.kind} has no searched parameters; use a fit of kind hinge"
+                )
         for runs in groups.values():
-            perform = {
-                "RingDown": self._ring_downs, "BaseShake": self._shakes,
-                "StaticStiffness": self._statics, "NaturalModes": self._modes,
-            }  # fmt: skip
             for begin in range(0, len(runs), _CHUNK):
                 for place, response in perform[runs[0].experiment.kind](runs[begin : begin + _CHUNK]):
                     responses[place] = response

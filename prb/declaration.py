@@ -221,6 +221,7 @@ class Declaration(Frozen):
 
     def declare(self, specimen: Specimen) -> tuple[Parameter, ...]:
         """The parameters with their numbers for ``specimen``."""
+        self._check_kind(specimen)
         return tuple(self.parameter(name).of(specimen) for name in self.names)
 
     def values(self, specimen: Specimen, given: Mapping[str, float]) -> dict[str, float]:
@@ -235,21 +236,25 @@ class Declaration(Frozen):
 
     def build(self, specimen: Specimen, values: Mapping[str, float]) -> Mechanism:
         """Mechanism for a specimen and values of all parameters (SI); ValueError where there is none."""
-        if specimen.kind != self.specimen:
-            raise ValueError(f"topology {self.name} is declared for a {self.specimen}, not for a {specimen.kind}")
+        self._check_kind(specimen)
         numbers = {**numbers_of(specimen), **self.chosen, **values}
         known = environment(numbers)
         for name, written in self.define.items():
             numbers[name] = known[name] = read(written, "1")(known)
+        frame = getattr(specimen, "load_frame", None)
         if not self.tip.carries:
-            if specimen.load_frame:
+            if frame:
                 raise ValueError(
                     f"topology {self.name} has no place for the specimen's load_frame, since its tip says "
                     "'carries: false'; allowed: no load_frame, or a topology whose tip carries"
                 )
             return self.assembly.build(numbers, 0.0)
-        ballast = None if specimen.load_frame is None else _ballast(specimen.load_frame)
-        return self.assembly.build(numbers, specimen.tip_mass, ballast)
+        ballast = None if frame is None else _ballast(frame)
+        return self.assembly.build(numbers, getattr(specimen, "tip_mass", 0.0), ballast)
+
+    def _check_kind(self, specimen: Specimen) -> None:
+        if specimen.kind != self.specimen:
+            raise ValueError(f"topology {self.name} is declared for a {self.specimen}, not for a {specimen.kind}")
 
 
 def _ballast(frame: LoadFrame) -> Ballast:

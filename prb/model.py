@@ -1,5 +1,6 @@
 """What a study may choose about the pseudo-rigid-body performer."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -9,6 +10,7 @@ from lab.materials import Frozen
 from lab.specimens import Specimen
 from lab.units import Quantity
 from prb.declaration import Declaration, checked
+from prb.hinge_curves import HingeCurves
 from prb.mechanism import Mechanism
 from prb.topologies import topology
 
@@ -34,6 +36,8 @@ class PrbModel(Frozen):
     #: Longest step of the simulator; the sampling interval is divided into whole steps.  Every motion is
     #: simulated with this step and with half of it, and extrapolated.
     time_step: Annotated[float, Quantity("s", "ms"), Field(gt=0)] = TIME_STEP
+    #: What a fit of kind hinge has learned of a pinched tube: its numbers take the place of the parameters.
+    hinge: HingeCurves | None = None
 
     @field_validator("topology", mode="before", json_schema_input_type=str | Declaration)
     @classmethod
@@ -63,6 +67,11 @@ class PrbModel(Frozen):
     def values(self, specimen: Specimen) -> dict[str, float]:
         """Every parameter of the topology in SI units, checked against its bounds for ``specimen``."""
         return self.topology.values(specimen, self.parameters)
+
+    def pinched(self, parameters: Mapping[str, float]) -> "PrbModel":
+        """The model with those of a hinge's ``parameters`` that its topology has."""
+        mine = {name: value for name, value in parameters.items() if name in self.topology.names}
+        return self.model_copy(update={"parameters": {**self.parameters, **mine}})
 
     def mechanism(self, specimen: Specimen) -> Mechanism:
         """The mechanism that stands for ``specimen``."""

@@ -15,8 +15,12 @@ from lab.specimens import Specimen
 #: Whether a number was seen by the fit behind its model.
 IN_SAMPLE, HELD_OUT, NOT_FITTED = "in sample", "held out", "not fitted"
 
+#: Lines across a tube, which are the same after half a turn, and angles between two of them.
+AXES = (
+    "deformation_axis", "hinge_axis", "turn_axis", "deformation_axis_error", "hinge_axis_error",
+)  # fmt: skip
 #: Numbers whose difference is no share of anything: a direction, and a sign.
-_WITHOUT_SHARE = ("tilt", "sense")
+_WITHOUT_SHARE = ("tilt", "sense", *AXES)
 
 #: A record that a fit has seen: campaign, performer or lab table that made it, sample (slug).
 Seen = tuple[str, str, str]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lab.experiments import BaseShake
 from lab.orbits import LINE, ellipse
-from lab.specimens import Specimen
+from lab.specimens import TwistedBeam
 from results.accuracy import Entry
 from results.slugs import short
 from results.tables import Table
@@ -70,7 +70,7 @@ class Symmetry:
     """
 
     name: str
-    image: Callable[[Specimen], Specimen]
+    image: Callable[[TwistedBeam], TwistedBeam]
     signs: tuple[float, float]
     holds: Callable[[BaseShake], bool]
 
@@ -86,7 +86,7 @@ def later(path: Array) -> Array:
     return np.concatenate([shifted, shifted[:1]])
 
 
-def _half_turned(specimen: Specimen) -> Specimen:
+def _half_turned(specimen: TwistedBeam) -> TwistedBeam:
     frame = specimen.load_frame
     if frame is None:
         return specimen
@@ -113,10 +113,12 @@ HALF_TURN = Symmetry(
 
 def pairs(entries: Sequence[Entry], symmetry: Symmetry) -> list[Pair]:
     """Pairs among the orbits of one performer in one campaign, each once, in the order of the entries."""
-    known: dict[tuple[Specimen, BaseShake], list[Entry]] = {}
+    known: dict[tuple[TwistedBeam, BaseShake], list[Entry]] = {}
     for entry in entries:
         if isinstance(entry.experiment, BaseShake) and entry.record.completed and symmetry.holds(entry.experiment):
-            known.setdefault((_named(entry.tested()), entry.experiment), []).append(entry)
+            specimen = entry.tested()
+            assert isinstance(specimen, TwistedBeam)  # no performer shakes anything else
+            known.setdefault((_named(specimen), entry.experiment), []).append(entry)
     found, done = [], set()
     for (specimen, shake), ones in known.items():
         image = (_named(symmetry.image(specimen)), shake)
@@ -160,7 +162,7 @@ def _pair(one: Entry, other: Entry, symmetry: Symmetry) -> Pair:
     return Pair(one, other, deviation, agree)
 
 
-def _named(specimen: Specimen) -> Specimen:
+def _named(specimen: TwistedBeam) -> TwistedBeam:
     """Equal for specimens that are the same body: a section turned by half a turn is the same section."""
     root = round(specimen.root_angle, _DIGITS) % round(math.pi, _DIGITS)
     # Adding nothing makes -0 a 0.

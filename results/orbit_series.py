@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lab.experiments import BaseShake
-from lab.fields import quantity_of
-from lab.materials import Frozen
 from lab.units import Quantity, from_si
 from results.accuracy import Entry
+from results.benches import Bench, is_number, text_of, words_of
 from results.slugs import words
 
 Array = NDArray[np.float64]
@@ -107,7 +106,7 @@ class Series:
     @property
     def name(self) -> str:
         """The swept number in words: ``frequency``."""
-        return _words(self.swept)
+        return words_of(self.swept)
 
     @property
     def unit(self) -> str:
@@ -144,31 +143,7 @@ class Series:
 
     def text(self, value: float) -> str:
         """One swept value with its unit: ``15 Hz``."""
-        return _text(value, self.quantity)
-
-
-@dataclass(frozen=True)
-class _Bench:
-    """Specimen and experiment of a sample, and all that may be swept by dotted path.
-
-    Swept settings of the performer stand in no record; their ``fields`` are the words of the slug.
-    """
-
-    parts: dict[str, Frozen]
-    fields: dict[str, Any]
-
-    @classmethod
-    def of(cls, entry: Entry) -> "_Bench":
-        parts: dict[str, Frozen] = {"specimen": entry.tested(), "experiment": entry.experiment}
-        return cls(parts, dict(field for part, model in parts.items() for field in _fields(model, part)))
-
-    def quantity(self, path: str) -> Quantity | None:
-        """Units of the field at a dotted path."""
-        *way, name = path.split(".")
-        here: Any = self.parts.get(way[0])
-        for step in way[1:]:
-            here = getattr(here, step)
-        return quantity_of(type(here), name) if here is not None else None
+        return text_of(value, self.quantity)
 
 
 def orbit_series(entries: Sequence[Entry]) -> list[Series]:
@@ -191,7 +166,7 @@ def orbit_series(entries: Sequence[Entry]) -> list[Series]:
 def _of_campaign(entries: Sequence[Entry]) -> Iterator[Series]:
     benches = _benches(entries)
     varied = _varied(benches)
-    numbers = [path for path in varied if any(_is_number(bench.fields.get(path)) for bench in benches.values())]
+    numbers = [path for path in varied if any(is_number(bench.fields.get(path)) for bench in benches.values())]
     order = sorted(numbers or [FREQUENCY], key=lambda path: (path != FREQUENCY, path != TWIST))
     left = set(benches)
     for swept in order:
@@ -203,12 +178,12 @@ def _of_campaign(entries: Sequence[Entry]) -> Iterator[Series]:
         yield _series(entries, {slug: benches[slug]}, order[0], varied)
 
 
-def _benches(entries: Sequence[Entry]) -> dict[str, _Bench]:
+def _benches(entries: Sequence[Entry]) -> dict[str, Bench]:
     """Benches by slug, which is what performers of a sample share: fits may change the specimen that a record tells."""
-    found: dict[str, _Bench] = {}
+    found: dict[str, Bench] = {}
     for entry in entries:
         if entry.slug not in found:
-            found[entry.slug] = _Bench.of(entry)
+            found[entry.slug] = Bench.of(entry)
     names = {path.rpartition(".")[2] for path in _varied(found)}
     for slug, bench in found.items():
         settings = {f"performer.{name}": text for name, text in words(slug).items() if name not in names}
@@ -216,7 +191,7 @@ def _benches(entries: Sequence[Entry]) -> dict[str, _Bench]:
     return found
 
 
-def _series(entries: Sequence[Entry], benches: dict[str, _Bench], swept: str, varied: Sequence[str]) -> Series:
+def _series(entries: Sequence[Entry], benches: dict[str, Bench], swept: str, varied: Sequence[str]) -> Series:
     mine = [entry for entry in entries if entry.slug in benches]
     tracks = []
     for performer in dict.fromkeys(entry.performer for entry in mine):
@@ -226,26 +201,17 @@ def _series(entries: Sequence[Entry], benches: dict[str, _Bench], swept: str, va
     return Series(mine[0].campaign, _label(first, swept, varied), swept, first.quantity(swept), tuple(tracks))
 
 
-def _alike(benches: dict[str, _Bench], fixed: Sequence[str], swept: str) -> list[list[str]]:
+def _alike(benches: dict[str, Bench], fixed: Sequence[str], swept: str) -> list[list[str]]:
     """Slugs of samples that differ in one number only; of equal samples the first."""
     found: dict[Hashable, dict[Any, str]] = {}
     for slug, bench in benches.items():
-        if _is_number(bench.fields.get(swept)):
+        if is_number(bench.fields.get(swept)):
             key = tuple(bench.fields.get(path) for path in fixed)
             found.setdefault(key, {}).setdefault(bench.fields[swept], slug)
     return [list(group.values()) for group in found.values()]
 
 
-def _fields(model: Frozen, prefix: str) -> Iterator[tuple[str, Any]]:
-    for name in type(model).model_fields:
-        value = getattr(model, name)
-        if isinstance(value, Frozen):
-            yield from _fields(value, f"{prefix}.{name}")
-        else:
-            yield f"{prefix}.{name}", value
-
-
-def _varied(benches: dict[str, _Bench]) -> list[str]:
+def _varied(benches: dict[str, Bench]) -> list[str]:
     """Paths whose values differ between samples; a part that some lack counts once, not field by field."""
     known: dict[str, set[Any]] = {}
     for bench in benches.values():
@@ -257,28 +223,14 @@ def _varied(benches: dict[str, _Bench]) -> list[str]:
     return [path for path, values in known.items() if len(values) > 1 or path in lacking]
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _label(bench: _Bench, swept: str, varied: Sequence[str]) -> str:
+def _label(bench: Bench, swept: str, varied: Sequence[str]) -> str:
     paths = [path for path in dict.fromkeys((*_TOLD, *varied)) if path != swept and path in bench.fields]
     return ", ".join(_told(path, bench.fields[path], bench.quantity(path)) for path in paths)
 
 
 def _told(path: str, value: Any, quantity: Quantity | None) -> str:
     if value is None:
-        return f"no {_words(path)}"
+        return f"no {words_of(path)}"
     # A corner, say, speaks for itself.
     alone = path == FREQUENCY or (isinstance(value, str) and not path.startswith("performer."))
-    return _text(value, quantity) if alone else f"{_words(path)} {_text(value, quantity)}"
-
-
-def _text(value: Any, quantity: Quantity | None) -> str:
-    if quantity and _is_number(value):
-        return quantity.show(value)
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _words(path: str) -> str:
-    return path.rpartition(".")[2].replace("_", " ")
+    return text_of(value, quantity) if alone else f"{words_of(path)} {text_of(value, quantity)}"

@@ -7,30 +7,35 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 
-from lab.records import Fields
+from lab.records import Fields, Record
 from results.store import read_record
+from results.tube_scene import add_tube
 
 #: Colour of a scene: how far every point has moved.
 DISPLACEMENT = "displacement"
 
 
 class Panel(TypedDict):
-    """One picture in a row: a record file, the state to show (an index of its stored states), a caption."""
+    """One picture in a row: a record file, the state to show (an index of its stored states), a caption.
+
+    ``cut`` shows the proximal half of a pinched tube, to see the section at mid-length.
+    """
 
     file: str
     state: int
     caption: str
+    cut: NotRequired[bool]
 
 
 class Scene(TypedDict):
     """A grid of panels in one PNG.
 
     ``colour`` names a cell field, shown on a logarithmic scale that all panels share; ``displacement`` stands for the
-    size of the displacement in each panel, and nothing for the bare mesh.
+    size of the displacement in each panel, and nothing for the bare mesh.  Pinched tubes show their pads instead.
     """
 
     output: str
@@ -94,18 +99,27 @@ def _draw_scene(scene: Scene) -> None:
     rows = -(-len(panels) // columns)
     plotter = pv.Plotter(shape=(rows, columns), off_screen=True, window_size=(420 * columns, 340 * rows), border=False)
     plotter.set_background("white", all_renderers=True)
-    fields = [read_record(Path(panel["file"])).fields for panel in panels]
-    limit = _limit([field for field in fields if field], scene["colour"])
-    for i, (panel, field) in enumerate(zip(panels, fields, strict=True)):
+    records = {file: read_record(Path(file)) for file in dict.fromkeys(panel["file"] for panel in panels)}
+    limit = _limit([record.fields for record in records.values() if record.fields], scene["colour"])
+    for i, panel in enumerate(panels):
         plotter.subplot(i // columns, i % columns)
-        if field is not None:
-            _add(plotter, field, panel["state"], scene["colour"], limit, i == 0)
-        plotter.add_text(panel["caption"], font_size=8, color="black", position="upper_left")
+        record, room = records[panel["file"]], None
         plotter.view_vector((-0.9, -1.1, 0.7), viewup=(0, 0, 1))
-        plotter.reset_camera()
+        if record.fields is not None and _is_tube(record):
+            room = add_tube(
+                plotter, record, _grid(record.fields, panel["state"]), panel["state"], panel.get("cut", False)
+            )
+        elif record.fields is not None:
+            _add(plotter, record.fields, panel["state"], scene["colour"], limit, i == 0)
+        plotter.add_text(panel["caption"], font_size=8, color="black", position="upper_left")
+        plotter.reset_camera(bounds=room)
         plotter.camera.zoom(1.25)
     plotter.screenshot(scene["output"])
     plotter.close()
+
+
+def _is_tube(record: Record) -> bool:
+    return record.specimen.get("kind") == "PinchedTube"
 
 
 def _limit(fields: Sequence[Fields], colour: str) -> float:

@@ -1,12 +1,13 @@
 """One line per model: how far it is from a reference, in and out of sample, where most, and what it costs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from results.accuracy import HELD_OUT, IN_SAMPLE, NOT_FITTED, Row
+from lab.pinching import axis_difference
+from results.accuracy import AXES, HELD_OUT, IN_SAMPLE, NOT_FITTED, Row
 from results.slugs import short
 from results.tables import Table
 
@@ -19,6 +20,8 @@ NOTE = (
     "values of its sample"
 )
 _ON_THE_CLAMP = "a shaken beam's motion is that relative to its clamp, over one steady period"
+#: Names up to this length are symbols, as ``k_yy``; longer ones are words.
+_SYMBOL = 4
 _HEADER = ("model", "origin", "in sample", "held out", "not fitted", "as one", "largest", "10 s take [s]", "speed-up")
 
 
@@ -57,8 +60,10 @@ def told_once(tables: Sequence[Table]) -> list[Table]:
     return found
 
 
-def errors_by_quantity(title: str, rows: Sequence[Row], of_largest: bool = False) -> Table:
-    """Models down, quantities across: errors over all samples, and where they are largest.
+def errors_by_quantity(
+    title: str, rows: Sequence[Row], of_largest: bool | Collection[str] = False, by_use: bool = False
+) -> Table:
+    """Models down, quantities across: errors over all samples, and where they are largest; of axes in deg.
 
     Parameters
     ----------
@@ -66,23 +71,42 @@ def errors_by_quantity(title: str, rows: Sequence[Row], of_largest: bool = False
         Numbers of one campaign against one reference.
     of_largest
         Differences as shares of the quantity's largest reference value of all samples, for quantities that vanish
-        in some; else of each sample's own.
+        in some; else of each sample's own.  Names: for these quantities alone.
+    by_use
+        A line for samples that the fit behind a model has seen, and one for those that it has not.
     """
     names = list(dict.fromkeys(row.quantity for row in rows))
+    largest = (names if of_largest else ()) if isinstance(of_largest, bool) else of_largest
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.model, row.use if by_use else ""), []).append(row)
     lines = []
-    for model in dict.fromkeys(row.model for row in rows):
-        mine = [row for row in rows if row.model == model]
-        cells = [_differences([row for row in mine if row.quantity == name], of_largest) for name in names]
-        lines.append((model, mine[0].origin, *cells))
-    share = "of the largest reference value" if of_largest else "of the reference"
+    for (model, use), mine in groups.items():
+        cells = [_differences([row for row in mine if row.quantity == name], name in largest) for name in names]
+        about = (use, str(len({row.sample for row in mine}))) if by_use else ()
+        lines.append((model, mine[0].origin, *about, *cells))
+    share = "of the largest reference value" if of_largest is True else "of the reference"
     note = (
         f"difference in % {share}: root mean square over the samples, and the largest with the swept values of its "
         "sample"
     )
-    return Table(f"Errors: {title}", ("model", "origin", *names), tuple(lines), (note,))
+    if any(name in AXES for name in names):
+        note += "; of axes in deg"
+    if some := [name for name in names if name in largest and of_largest is not True]:
+        note += f"; of {', '.join(some)} in % of the largest reference value"
+    header = ("model", "origin", *(("use", "samples") if by_use else ()), *map(_headed, names))
+    return Table(f"Errors: {title}", header, tuple(lines), (note,))
+
+
+def _headed(name: str) -> str:
+    words = name.replace("_", " ") if len(name) > _SYMBOL else name
+    return f"{words} [deg]" if name in AXES else words
 
 
 def _differences(rows: Sequence[Row], of_largest: bool) -> str:
+    if rows and rows[0].quantity in AXES:
+        turned = ((math.degrees(axis_difference(row.value, row.reference_value)), row.sample) for row in rows)
+        return _worst([(angle, sample) for angle, sample in turned if math.isfinite(angle)])
     largest = max((abs(row.reference_value) for row in rows if math.isfinite(row.reference_value)), default=0.0)
     known = [
         (100.0 * (row.value - row.reference_value) / unit, row.sample)
@@ -90,6 +114,11 @@ def _differences(rows: Sequence[Row], of_largest: bool) -> str:
         if math.isfinite(row.value - row.reference_value)
         and (unit := largest if of_largest else abs(row.reference_value))
     ]
+    return _worst(known)
+
+
+def _worst(known: Sequence[tuple[float, str]]) -> str:
+    """Root mean square of errors, and the largest with its sample."""
     if not known:
         return "-"
     worst, sample = max(known, key=lambda pair: abs(pair[0]))

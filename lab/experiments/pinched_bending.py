@@ -50,9 +50,13 @@ class PinchedBending(PinchDrive):
     def reduce(self, record: Record) -> dict[str, Scalar]:
         """Slope of load against motion, where the block went, and what a return left.
 
+        With a compliant rig the motion is that of the stage that pushes, as a lab reads it.
+
         Needs ``stage``, ``load``, ``pushed`` (n,) and ``pose`` (n, 6).
         """
-        stage, load, pushed, pose = (record[name] for name in ("stage", "load", "pushed", "pose"))
+        stage, load, pose = (record[name] for name in ("stage", "load", "pose"))
+        # What a lab reads is the stage's travel, in which its own compliance lies.
+        pushed = record["pushed"] + (load / self.rig_stiffness if self.rig_stiffness else 0.0)
         found: dict[str, Scalar] = {}
         bending = np.flatnonzero(stage == STAGES.index("bend"))
         if len(bending):

@@ -18,6 +18,7 @@ from results.orbit_tables import orbit_tables
 from results.store import write_text
 from results.summary import errors_by_quantity, summary, told_once
 from results.tables import Table, layout, to_csv, to_json, to_markdown
+from results.tube_tables import TUBE_EXPERIMENTS, tube_comparison, tube_tables
 
 PUBLISHED = "what the dissertation reports of its own ring-down models"
 #: Sizes of an orbit that a table puts together.
@@ -65,7 +66,7 @@ def theory_groups(found: list[Entry]) -> list[tuple[str, list[Row]]]:
 
 
 def tables_of(groups: list[tuple[str, list[Row]]], found: list[Entry]) -> Iterator[Table]:
-    """Tables of the groups, each as its experiment asks for, then the symmetry of all orbits."""
+    """Tables of the groups, each as its experiment asks for, then the symmetry of all orbits and what tubes do."""
     series = orbit_series(found)
     for title, rows in groups:
         if not rows:
@@ -77,6 +78,8 @@ def tables_of(groups: list[tuple[str, list[Row]]], found: list[Entry]) -> Iterat
             yield from orbit_tables([one for one in series if one.campaign == campaign], rows[0].reference)
         elif experiment == "NaturalModes":
             yield from mode_tables(title, rows, [entry for entry in found if entry.campaign == campaign])
+        elif experiment in TUBE_EXPERIMENTS:
+            yield from tube_comparison(title, rows)
         else:
             table = layout(title, rows)
             if table.detail:
@@ -84,6 +87,7 @@ def tables_of(groups: list[tuple[str, list[Row]]], found: list[Entry]) -> Iterat
             yield table
     if (symmetry := mirror_table(found)) is not None:
         yield symmetry
+    yield from tube_tables(found)
 
 
 def summaries(plan: Plan, groups: list[tuple[str, list[Row]]]) -> list[Table]:

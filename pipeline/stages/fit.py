@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from calibrate.spec import Fit, ModulusFit
+from calibrate.spec import Fit, HingeFit, ModulusFit
 from calibrate.targets import Target, target
 from lab.experiments import Experiment
 from lab.records import Record
@@ -31,7 +31,7 @@ def fit(plan: Plan, name: str, output: Path, threads: int = 1) -> str:
     """
     samples = plan.fit_samples(name)
     records = {s.id: read_record(Path(plan.output(s)), with_fields=False) for s in samples}
-    broken = [f"{id} {record.status}: {record.reason}" for id, record in records.items() if not record.completed]
+    broken = _holes(plan, name, records)
     broken += [f"fit {other} {reason}" for other, reason in _failed_fits(plan, name)]
     if broken:
         result: Result = {"status": "failed", "reason": f"no reference: {'; '.join(broken)}", "parameters": []}
@@ -44,13 +44,25 @@ def fit(plan: Plan, name: str, output: Path, threads: int = 1) -> str:
 
 
 def _kinds() -> Mapping[str, Callable[[Plan, str, Mapping[str, Record], int], Result]]:
+    from pipeline.stages.fit_hinge import hinge
     from pipeline.stages.fit_parametric import parametric
     from pipeline.stages.fit_readings import readings
     from pipeline.stages.fit_selection import selection
 
     return {
         "fit": _follow, "modulus": _modulus, "readings": readings, "selection": selection, "parametric": parametric,
+        "hinge": hinge,
     }  # fmt: skip
+
+
+def _holes(plan: Plan, name: str, records: Mapping[str, Record]) -> list[str]:
+    """Records without a result that stop a fit: any; of a hinge, which is learned design by design, all used ones."""
+    if isinstance(plan.study.fits[name], HingeFit):
+        used = {datum.sample.id for datum in plan.data(name) if datum.used}
+        if any(records[id].completed for id in used):
+            return []
+        records = {id: records[id] for id in sorted(used)}
+    return [f"{id} {record.status}: {record.reason}" for id, record in records.items() if not record.completed]
 
 
 def _failed_fits(plan: Plan, name: str) -> list[tuple[str, str]]:

@@ -8,6 +8,7 @@ from typing import Any
 from calibrate.spec import ReadingsFit
 from lab.experiments import StaticStiffness
 from lab.records import Record, Scalar
+from lab.specimens import TwistedBeam
 from lab.units import from_si, to_si
 from pipeline.plan import Plan
 from pipeline.study import FeaPerformer
@@ -26,8 +27,15 @@ def readings(plan: Plan, name: str, records: Mapping[str, Record], threads: int)
     table, modulus = {}, 0.0
     for sample in plan.fit_samples(name):
         beam, experiment, model = sample.specimen, sample.experiment, sample.model
-        if not isinstance(experiment, StaticStiffness) or not isinstance(model, FeaPerformer):
-            raise ValueError(f"readings need static tests by FEA, not {experiment.kind} by {model.kind}")
+        if not (
+            isinstance(beam, TwistedBeam)
+            and isinstance(experiment, StaticStiffness)
+            and isinstance(model, FeaPerformer)
+        ):
+            raise ValueError(
+                f"readings need static tests of twisted beams by FEA, not {experiment.kind} of a {beam.kind} by "
+                f"{model.kind}"
+            )
         key = (math.degrees(beam.twist), math.degrees(beam.root_angle), experiment.rig_stiffness)
         table[key] = _numbers(experiment.reduce(records[sample.id]))
         modulus = model.applied_to(beam).material.youngs_modulus

@@ -20,7 +20,9 @@ from pipeline.stages.gather import entries, fit_results
 from results.accuracy import Entry, Row, seconds_per_10_s
 from results.ledger import Finding, evaluate
 from results.ledger.tables import summary, to_csv, to_json, to_markdown, view
+from results.ledger.tubes import tube_facts
 from results.store import write_text
+from results.tubes import published_size
 
 #: Published sizes that make a beam the dissertation's; twist and clamp may differ.
 _SIZES = {"length": "t5.2-l", "width": "t5.2-w", "thickness": "t5.2-t"}
@@ -38,8 +40,8 @@ def ledger(plan: Plan) -> str:
 
 
 def findings(plan: Plan) -> list[Finding]:
-    """Numbers of the study about beams of the published size, and its inputs."""
-    found = [entry for entry in entries(plan) if is_published(plan.study.specimens[entry.specimen])]
+    """Numbers of the study about devices of published size, and its inputs."""
+    found = [entry for entry in entries(plan) if _answers(plan, entry)]
     places = {(entry.campaign, entry.performer, entry.slug): entry for entry in found}
     rows = [row for _, group in groups_of(plan, found) for row in group]
     return [
@@ -55,6 +57,11 @@ def is_published(specimen: Specimen) -> bool:
     return specimen.kind == "TwistedBeam" and all(
         math.isclose(getattr(specimen, field), figures()[id]["value"]) for field, id in _SIZES.items()
     )
+
+
+def _answers(plan: Plan, entry: Entry) -> bool:
+    """Whether a record is of a device of the text: of a tube, as it was swept."""
+    return is_published(plan.study.specimens[entry.specimen]) or bool(published_size(entry.record.specimen))
 
 
 def _made_by(study: str) -> str:
@@ -83,7 +90,7 @@ def _facts(entry: Entry) -> dict[str, Any]:
         "corner": frame.get("corner"),
         "load": frame.get("load"),
     }
-    return {name: value for name, value in facts.items() if value is not None}
+    return {**tube_facts(entry), **{name: value for name, value in facts.items() if value is not None}}
 
 
 def _of_row(plan: Plan, places: Mapping[tuple[str, str, str], Entry], row: Row) -> Iterator[Finding]:

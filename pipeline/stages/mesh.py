@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from pydantic import TypeAdapter
+
 from lab.specimens import Specimen
 from meshes import make_mesh
 from meshes.options import MeshOptions
@@ -12,6 +14,7 @@ def mesh(plan: Plan, job_id: str, output: Path) -> str:
     """Make the mesh ``job_id`` and return a line about it."""
     params = plan.jobs_of("mesh")[job_id].params
     output.parent.mkdir(parents=True, exist_ok=True)
-    specimen, options = Specimen.model_validate(params["specimen"]), MeshOptions(**params["mesh"])
+    specimen: Specimen = TypeAdapter(Specimen).validate_python(params["specimen"])
+    options = MeshOptions(**params["mesh"])
     quality = make_mesh(specimen, options, output, params["element"])
     return f"{job_id}: {quality}"

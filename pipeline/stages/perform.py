@@ -8,7 +8,7 @@ from typing import Any
 
 from lab.experiments import Experiment
 from lab.records import Record
-from lab.specimens import Specimen
+from lab.specimens import PinchedTube, Specimen
 from pipeline.plan import SOURCES, Plan, Sample
 from pipeline.provenance import provenance
 from pipeline.stages.gather import fit_result
@@ -94,6 +94,12 @@ def fitted_prb(
     A selection puts its chosen model, topology and all, in the place of ``model``.
     """
     warnings: tuple[str, ...] = ()
+    if result["kind"] == "hinge":
+        from prb.hinge_curves import HingeCurves
+
+        curves = HingeCurves.model_validate(result["hinge"])
+        doubts = curves.doubts(specimen) if isinstance(specimen, PinchedTube) else ()
+        return model.model_copy(update={"hinge": curves}), doubts
     if result["kind"] == "parametric":
         from calibrate.parametric import ParametricModel
 

@@ -2,16 +2,15 @@
 
 import json
 import math
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
 from pipeline.plan import Plan
 from pipeline.stages.compare import groups_of
 from pipeline.stages.gather import entries, fit_results
+from pipeline.stages.picking import few, file_word
+from pipeline.stages.tube_pictures import figures_of_tubes, joint_figures, scenes_of_tubes
 from results import scenes
 from results.accuracy import Entry
 from results.figures import axes, fits, grid, modes, motions, reversals, senses, stiffness
@@ -25,6 +24,8 @@ _FEW = 8
 _SWEEP = 4
 #: Orbits that the grid shows in one row: no curve is drawn through so few.
 _ROW = 5
+#: Experiments with pinched tubes.
+_TUBES = ("Pinch", "PinchedBending", "ShapeRecovery")
 #: Heading of the fits' pictures.
 _FITS = "fits"
 
@@ -36,7 +37,7 @@ def pictures(plan: Plan) -> str:
     wanted = list(_scenes(plan, found, folder))
     drawing = scenes.Drawing([scene for scene, _ in wanted])
     drawn = list(_figures(plan, found, folder))
-    files, reason = drawing.wait()
+    files, reason = drawing.wait(max(300.0, 3.0 * sum(len(scene["panels"]) for scene, _ in wanted)))
     drawn += [picture for _, picture in wanted if picture.file in files]
     order = [*plan.study.campaigns, _FITS]
     drawn.sort(key=lambda picture: order.index(picture.group))
@@ -54,10 +55,12 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> Iterator[Picture]:
             yield Picture(path, f"{title}: main entries of K'", comparison.campaign)
     for name in plan.study.campaigns:
         inside = [e for e in found if e.campaign == name and e.record.completed]
-        kind = inside[0].experiment.kind if inside else ""
+        # Of tubes, those that diverged show how far they came.
+        known = inside or [e for e in found if e.campaign == name and e.experiment.kind in _TUBES]
+        kind = known[0].experiment.kind if known else ""
         if kind == "RingDown":
             path = motions.ring_down_overlay(
-                _few(inside), f"{name}: mean marker displacement", folder / f"{name}_overlay.png"
+                few(inside, _FEW), f"{name}: mean marker displacement", folder / f"{name}_overlay.png"
             )
             yield Picture(path, f"{name}: free decay after the load is cut; dashed lines are PRB models", name)
         elif kind == "BaseShake":
@@ -69,6 +72,9 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> Iterator[Picture]:
             yield Picture(path, f"{name}: natural frequencies over the twist; hollow markers are PRB models", name)
         elif kind == "StaticStiffness":
             yield from _of_stiffness(plan, name, [e for e in found if e.campaign == name], folder)
+        elif kind in _TUBES:
+            yield from figures_of_tubes(name, [e for e in found if e.campaign == name], folder)
+    yield from joint_figures(found, folder)
     yield from _of_fits(plan, folder)
 
 
@@ -81,7 +87,7 @@ def _of_stiffness(plan: Plan, name: str, found: list[Entry], folder: Path) -> It
         yield Picture(path, f"{name}: main entries of K' over the twist, and what was measured where it is known", name)
     performers = list(dict.fromkeys(entry.performer for entry in inside))
     for performer in performers:
-        mine = _few([entry for entry in inside if entry.performer == performer])
+        mine = few([entry for entry in inside if entry.performer == performer], _FEW)
         path = stiffness.force_curves(mine, f"{name}, {performer}", folder / f"{name}_{performer}_curves.png")
         caption = f"{name}, {performer}: reaction against motion; the tip is held in all other directions"
         yield Picture(path, caption, name, folded=len(performers) > 1)
@@ -109,13 +115,13 @@ def _of_orbits(plan: Plan, name: str, series: Sequence[Series], folder: Path) ->
     for number in dict.fromkeys(one.swept for one in swept):
         group = [one for one in swept if one.swept == number]
         if len(group) > 1:
-            path = senses.sense_maps(group, folder / f"{name}_senses_{_word(group[0].name)}.png")
+            path = senses.sense_maps(group, folder / f"{name}_senses_{file_word(group[0].name)}.png")
             yield Picture(path, f"{name}: sense of travel and where it reverses, over the {group[0].name}", name)
     if families := reversals.loads_of(swept):
         path = reversals.reversals_over_load(name, families, folder / f"{name}_reversals.png")
         yield Picture(path, f"{name}: how the reversals move with the load", name)
     for one in swept:
-        stem = f"{name}_{{}}_{_word(one.label)}.png"
+        stem = f"{name}_{{}}_{file_word(one.label)}.png"
         if len(grid.family_of(one)) > 1:
             path = grid.twist_family(one, reference, folder / stem.format("family"))
             yield Picture(path, f"{one.title}: path of the tip over the twist, on one scale", name)
@@ -154,21 +160,24 @@ def _scenes(plan: Plan, found: list[Entry], folder: Path) -> Iterator[tuple[scen
         if kind == "StaticStiffness":
             yield from _scenes_of_stiffness(plan, [e for e in inside if e.performer == inside[0].performer], folder)
         elif kind == "RingDown":
-            shown = _few(inside)
+            shown = few(inside, _FEW)
             panels = [_panel(plan, e, 0, f"{e.performer}\n{e.slug}") for e in shown]
             caption = f"{name}: beam under the load, at the release"
             picture = Picture(folder / f"{name}_release.png", caption, name)
             yield _scene(picture, "strain_energy_density", panels, min(4, len({e.slug for e in shown}))), picture
         elif kind == "NaturalModes":
             yield _scene_of_modes(plan, [e for e in inside if e.performer == inside[0].performer], folder)
+        elif kind in _TUBES:
+            mine = [e for e in inside if e.performer == inside[0].performer]
+            yield from scenes_of_tubes(name, mine, plan.folder, folder)
 
 
 def _scenes_of_stiffness(plan: Plan, inside: list[Entry], folder: Path) -> Iterator[tuple[scenes.Scene, Picture]]:
     name, performer = inside[0].campaign, inside[0].performer
     picture = Picture(folder / f"{name}_meshes.png", f"{name}: meshes, {performer}", name)
-    yield _scene(picture, "", [_panel(plan, e, 0, e.slug) for e in _few(inside)], 4), picture
+    yield _scene(picture, "", [_panel(plan, e, 0, e.slug) for e in few(inside, _FEW)], 4), picture
     legs = ((1, "y +"), (3, "z +"), (5, "x rotation +"))
-    bent = [_panel(plan, e, state, f"{e.slug}\n{leg}") for e in _few(inside, 5) for state, leg in legs]
+    bent = [_panel(plan, e, state, f"{e.slug}\n{leg}") for e in few(inside, 5) for state, leg in legs]
     caption = f"{name}: deformed at the end of three legs, {performer}; grey: at rest"
     picture = Picture(folder / f"{name}_deformed.png", caption, name)
     yield _scene(picture, "strain_energy_density", bent, len(legs)), picture
@@ -178,7 +187,7 @@ def _scene_of_modes(plan: Plan, inside: list[Entry], folder: Path) -> tuple[scen
     """Shapes of all modes, one row per design, of the least, a middle and the largest twist to the right."""
     name, performer = inside[0].campaign, inside[0].performer
     right = sorted((e for e in inside if e.record.specimen["twist"] >= 0.0), key=lambda e: e.record.specimen["twist"])
-    shown = _few(right or inside, 3)
+    shown = few(right or inside, 3)
     columns = min(len(e.record["frequency"]) for e in shown)
     panels = [
         _panel(plan, entry, mode, f"{entry.slug}\nmode {mode + 1}: {entry.record['frequency'][mode]:.4g} Hz")
@@ -198,17 +207,5 @@ def _scene(picture: Picture, colour: str, panels: list[scenes.Panel], columns: i
     return {"output": str(picture.file), "colour": colour, "panels": panels, "columns": columns}
 
 
-def _few(entries: list[Entry], count: int = _FEW) -> list[Entry]:
-    """Entries of at most ``count`` samples, evenly chosen among all."""
-    slugs = list(dict.fromkeys(entry.slug for entry in entries))
-    chosen = {slugs[i] for i in np.linspace(0, len(slugs) - 1, min(count, len(slugs))).round().astype(int)}
-    return [entry for entry in entries if entry.slug in chosen]
-
-
 def _twists(entries: list[Entry]) -> int:
     return len({entry.record.specimen["twist"] for entry in entries})
-
-
-def _word(label: str) -> str:
-    """A label as part of a file name."""
-    return re.sub(r"[^\w.+-]+", "-", label)

@@ -2,8 +2,10 @@
 
 import json
 
-from lab.experiments import BaseShake, Experiment, NaturalModes, RingDown
-from lab.specimens import Specimen
+from lab.experiments import BaseShake, Experiment, NaturalModes, PinchedBending, RingDown
+from lab.experiments.pinch_drive import PinchDrive
+from lab.fields import shown
+from lab.specimens import PinchedTube, Specimen, TwistedBeam
 from pipeline.plan import ALL_SOURCES, Plan
 from pipeline.provenance import provenance
 from pipeline.study import FeaPerformer, Reading
@@ -32,7 +34,10 @@ def assumptions(plan: Plan) -> list[str]:
     """What the text leaves open and this study decides, in words."""
     study = plan.study
     return [
-        *(_about_beam(name, beam) for name, beam in study.specimens.items()),
+        *(
+            _about_tube(name, specimen) if isinstance(specimen, PinchedTube) else _about_beam(name, specimen)
+            for name, specimen in study.specimens.items()
+        ),
         *(_about_experiment(name, experiment) for name, experiment in study.experiments.items()),
         *(_about_reading(name, table.reading) for name, table in study.lab.items()),
         *(
@@ -43,7 +48,20 @@ def assumptions(plan: Plan) -> list[str]:
     ]
 
 
-def _about_beam(name: str, beam: Specimen) -> str:
+def _about_tube(name: str, tube: PinchedTube) -> str:
+    material = tube.material
+    names = ("radius", "pad_width", "pad_height", "pad_fillet", "imperfection")
+    radius, width, height, fillet, imperfection = (shown(tube, name) for name in names)
+    return (
+        f"{name}: the text has no drawing of the pads: {width} around and along, {height} high, with transitions of "
+        f"{fillet}, and {tube.pad_stiffening:g} times as stiff as the wall are assumed; also that the radius of "
+        f"{radius} is that of the outside, that the blocks lie outside the length, and that the tube is out of round "
+        f"by {imperfection}, which decides which way it buckles where several are open to it. Poisson's ratio "
+        f"{material.poisson_ratio:g} is not published."
+    )
+
+
+def _about_beam(name: str, beam: TwistedBeam) -> str:
     material, frame = beam.material, beam.load_frame
     about_frame = (
         f" Of the load frame only the weight of 20 g is published: its sides of {frame.width * 1e3:g} x "
@@ -71,10 +89,27 @@ def _about_experiment(name: str, experiment: Experiment) -> str:
         )
     if isinstance(experiment, NaturalModes):
         return f"{name}: small vibrations about the unloaded shape, without damping or gravity."
+    if isinstance(experiment, PinchDrive):
+        return f"{name}: {_about_pinch(experiment)}"
     return (
         f"{name}: K' is fitted as to a dense force log at steady speed, which the text does not state; the tip "
         "hardens, so that other spacings give other slopes."
     )
+
+
+def _about_pinch(experiment: PinchDrive) -> str:
+    tendons = (
+        "tendons pull opposite pads towards one another along the line between them, at steady speed over "
+        f"{shown(experiment, 'duration')}, their forces in a fixed ratio, until contact carries "
+        f"{experiment.firmness:g} times F_p: the text has collinear forces and says neither of speed nor of the end."
+    )
+    if not isinstance(experiment, PinchedBending) or experiment.push is None:
+        return tendons
+    push = (
+        f"where the block is pushed, {shown(experiment, 'place')} beyond its face, and how far, "
+        f"{shown(experiment, 'push')}, is not published."
+    )
+    return f"{tendons} Also {push}" if experiment.pinched else push
 
 
 def _about_reading(name: str, reading: Reading) -> str:

@@ -8,6 +8,7 @@ from lab.records import Record
 from lab.specimens import Specimen
 from prb.experiments.base_shake import base_shake
 from prb.experiments.natural_modes import natural_modes
+from prb.experiments.pinched import pinch, pinched_bending, shape_recovery
 from prb.experiments.ring_down import ring_down
 from prb.experiments.static_stiffness import static_stiffness
 from prb.model import PrbModel
@@ -16,7 +17,10 @@ from prb.model import PrbModel
 PERFORMERS: Mapping[str, Callable[[Specimen, Any, PrbModel], Record]] = {
     "BaseShake": base_shake,
     "NaturalModes": natural_modes,
+    "Pinch": pinch,
+    "PinchedBending": pinched_bending,
     "RingDown": ring_down,
+    "ShapeRecovery": shape_recovery,
     "StaticStiffness": static_stiffness,
 }
 

@@ -23,14 +23,17 @@ from lab.ledger import (
     Observed,
     Orbit,
     Tolerance,
+    Tube,
 )
 from lab.materials import material
 from lab.published import figures
-from results.ledger.findings import NOUGHT, Finding, choose, difference
+from results.ledger.findings import NOUGHT, Finding, choose, difference, four_digits
 from results.ledger.observations import judge_observation
 from results.ledger.orbits import judge_orbit
 from results.ledger.rows import ARITHMETIC, CANNOT, DIFFERS, INPUT, NOT_HERE, REPRODUCED, LedgerRow, attributed, missing
 from results.ledger.stiffness import judge_in_table
+from results.ledger.tubes import answers
+from results.tubes import sized
 
 #: Verdicts on a value of ours, which a command made.
 _MADE = (REPRODUCED, DIFFERS, CANNOT)
@@ -81,6 +84,8 @@ def _judged(row: LedgerRow, judgement: Judgement, findings: Sequence[Finding]) -
             return judge_orbit(row, judgement, findings)
         case Observed():
             return judge_observation(row, judgement, findings)
+        case Tube():
+            return _tube(row, judgement, findings)
 
 
 def _cannot(row: LedgerRow, judgement: Cannot, findings: Sequence[Finding]) -> LedgerRow:
@@ -103,6 +108,9 @@ def _looked_up(name: str, unit: str, findings: Sequence[Finding]) -> float | Non
     if name.startswith("material:"):
         sheet, _, attribute = name.removeprefix("material:").partition(".")
         return float(getattr(material(sheet), attribute))
+    if name.startswith("size:"):
+        size, _, attribute = name.removeprefix("size:").partition(".")
+        return 2 * sized(size).radius if attribute == "diameter" else float(getattr(sized(size), attribute))
     found = [finding for finding in findings if finding.quantity == name]
     return found[0].shown(unit) if found else None
 
@@ -131,6 +139,29 @@ def _measured(row: LedgerRow, judgement: Measured, findings: Sequence[Finding]) 
         return _told(row, low <= row.published <= high, f"{low:.4g} to {high:.4g} {row.unit}", tolerance)
     of = choose(findings, tolerance.of) if tolerance.of else chosen
     return _within(row, row.published, tolerance, max((abs(f.error / f.value) for f in of), default=math.nan))
+
+
+def _tube(row: LedgerRow, judgement: Tube, findings: Sequence[Finding]) -> LedgerRow:
+    """Verdict on the preferred model's answer; others stand beside."""
+    beside = [f"{label} {_said(float(np.asarray(FORMULAS[name]())), row)}" for label, name in judgement.beside.items()]
+    found = answers(judgement, findings)
+    if not found:
+        return missing(replace(row, others="; ".join(beside)), judgement)
+    first, *others = found
+    row = attributed(row, [first.source]).because(first.why)
+    row = replace(row, others="; ".join([*beside, *(f"{o.source.model} {_said(o.ours, row)}" for o in others)]))
+    if first.holds is not None:
+        return _told(replace(row, ours=first.ours), first.holds, "rule", judgement.tolerance)
+    if first.ours is None:
+        return replace(row, verdict=CANNOT)
+    return _within(replace(row, ours=first.ours), row.published, judgement.tolerance)
+
+
+def _said(ours: Any, row: LedgerRow) -> str:
+    """Another model's value for people, with its difference where it is a number."""
+    if not isinstance(ours, float):
+        return "has no value" if ours is None else str(ours)
+    return f"{four_digits(ours)} ({difference(ours, row.published):+.0%})"
 
 
 def _within(row: LedgerRow, published: Any, tolerance: Tolerance, error: float = math.nan) -> LedgerRow:

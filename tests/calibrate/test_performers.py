@@ -7,7 +7,7 @@ import prb
 from calibrate.performers import FeaPerformer, PrbPerformer, free_coordinates, performer_of
 from fea.model import FeaModel, MaterialChange
 from lab.experiments import RingDown
-from lab.specimens import TwistedBeam
+from lab.specimens import PinchedTube, TwistedBeam
 from prb.model import PrbModel
 
 BEAM = TwistedBeam()
@@ -52,6 +52,12 @@ def test_solids_have_no_thickness_to_fit():
     performer = performer_of(FeaModel())
     with pytest.raises(ValueError, match="FEA with solid elements has no parameter 'thickness'; it has youngs_modulus"):
         free_coordinates(performer, [BEAM], {"thickness": None})
+
+
+def test_tubes_have_a_wall_instead_of_a_thickness():
+    declared = FeaPerformer(FeaModel(element="shell")).declared(PinchedTube())
+    assert "thickness" not in declared
+    assert declared["youngs_modulus"].nominal == PinchedTube().material.youngs_modulus
 
 
 def test_bounds_hold_for_all_specimens():

@@ -50,6 +50,9 @@ def test_inputs_name_fields_that_exist():
             kind, _, field = judgement.field.partition(".")
             if kind.startswith("material:"):
                 assert number_at(material(kind.removeprefix("material:")), field)
+            elif kind.startswith("size:"):
+                tube = specimens.PinchedTube.model_validate({"size": kind.removeprefix("size:")})
+                assert number_at(tube, {"diameter": "radius"}.get(field, field))
             else:
                 model = (
                     {"LoadFrame": LoadFrame}.get(kind) or getattr(specimens, kind, None) or getattr(experiments, kind)

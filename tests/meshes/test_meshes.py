@@ -12,8 +12,8 @@ from lab.specimens import TwistedBeam
 from meshes import MeshOptions, make_mesh, quality_path, read_mesh
 from meshes.block import beam_mesh, beam_surface
 from meshes.gathering import element_places
-from meshes.making import graded
 from meshes.node_order import VTK_CELL_TYPE, skfem_to_vtk, vtk_reference, vtk_to_skfem
+from meshes.twist import graded
 
 COUNTS = st.builds(MeshOptions, along=st.integers(8, 12), across=st.integers(1, 3), through=st.integers(1, 2))
 

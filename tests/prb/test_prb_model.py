@@ -11,12 +11,15 @@ from pydantic import ValidationError
 import prb
 from lab.experiments import RingDown
 from lab.materials import Material
-from lab.specimens import TwistedBeam
+from lab.specimens import PinchedTube, TwistedBeam
 from lab.units import WRITTEN_BY_HAND
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
 from prb.statics import Chain
 from prb.topologies import TOPOLOGIES
+
+OF_A_BEAM = [name for name, declared in TOPOLOGIES.items() if declared.specimen == "TwistedBeam"]
+OF_A_TUBE = [name for name, declared in TOPOLOGIES.items() if declared.specimen == "PinchedTube"]
 
 
 def lines(error: ValidationError) -> list[str]:
@@ -111,14 +114,28 @@ def test_the_model_loads_no_simulator():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("name", TOPOLOGIES)
+@pytest.mark.parametrize("name", OF_A_BEAM)
 def test_nominal_values_respect_their_bounds(name):
     # Chains get more hinges on shorter beams, and none of the formulas may leave its bounds there.
     for parameter in TOPOLOGIES[name].declare(TwistedBeam(length=0.03, width=0.01, thickness=0.001, twist=-0.5)):
         assert parameter.lower < parameter.nominal < parameter.upper
 
 
-@pytest.mark.parametrize("name", TOPOLOGIES)
+@pytest.mark.parametrize("name", OF_A_TUBE)
+def test_a_tube_s_halves_make_up_the_tube(name):
+    tube = PinchedTube(size="pet")
+    model = PrbModel(topology=name)
+    for parameter in model.topology.declare(tube):
+        assert parameter.lower <= parameter.nominal < parameter.upper
+    mechanism = model.mechanism(tube)
+    wall = np.pi * (tube.radius**2 - (tube.radius - tube.wall) ** 2) * tube.length
+    assert sum(link.mass for link in mechanism.links) == pytest.approx(tube.material.density * wall)
+    assert Chain(compile_mechanism(mechanism)).at_rest.position == pytest.approx([0, 0, tube.length], abs=1e-12)
+    with pytest.raises(ValueError, match=f"topology {name} is declared for a PinchedTube, not for a TwistedBeam"):
+        model.values(TwistedBeam())
+
+
+@pytest.mark.parametrize("name", OF_A_BEAM)
 def test_links_add_up_to_the_specimen(name):
     specimen = TwistedBeam(mass=0.00517, tip_mass=0.002)
     mechanism = PrbModel(topology=name).mechanism(specimen)

@@ -23,7 +23,9 @@ from prb.topologies import TOPOLOGIES
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 BEAM = TwistedBeam(mass=0.00517)
 #: The fin is a flat strip that moves in one plane only.
-OF_A_TWISTED_BEAM = [name for name in TOPOLOGIES if name != "buckling-fin"]
+OF_A_TWISTED_BEAM = [
+    name for name, declared in TOPOLOGIES.items() if declared.specimen == "TwistedBeam" and name != "buckling-fin"
+]
 
 
 def swing(mechanism: Mechanism, start: np.ndarray, time_step: float, samples: int, stride: int) -> np.ndarray:

@@ -6,7 +6,7 @@ import pytest
 import prb
 from lab.experiments import RingDown, StaticStiffness
 from lab.materials import Material
-from lab.specimens import TwistedBeam
+from lab.specimens import PinchedTube, TwistedBeam
 from prb.mechanism import Hinge, Link, Mechanism
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
@@ -29,7 +29,9 @@ def one_hinge(stiffness: float = 0.5, length: float = 0.1) -> Chain:
 
 
 def chain_and_posture(topology: str, seed: int = 0) -> tuple[Chain, np.ndarray]:
-    chain = chain_of(PrbModel(topology=topology).mechanism(TwistedBeam(twist=1.2, root_angle=0.3)))
+    model = PrbModel(topology=topology)
+    beam = model.topology.specimen == "TwistedBeam"
+    chain = chain_of(model.mechanism(TwistedBeam(twist=1.2, root_angle=0.3) if beam else PinchedTube()))
     joints = 0.4 * np.random.default_rng(seed).standard_normal(chain.laws.count)
     return chain, np.where(chain.model.jnt_type == 2, 0.005 * joints, joints)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from lab.experiments import NaturalModes
+from lab.experiments import NaturalModes, Pinch
 from lab.records import Channel, Record, channels
-from lab.specimens import TwistedBeam
+from lab.specimens import PinchedTube, TwistedBeam
 from results.accuracy import Entry
 from results.collection import read_study, write_study
 
@@ -71,3 +71,23 @@ def test_shakes_of_two_frequencies_share_no_time(orbit, written):
     assert campaign["markers"].shape == (2, 65, 1, 3)
     np.testing.assert_array_equal(campaign["markers"][1, :49], fast.record["markers"])
     assert np.isnan(campaign["markers"][1, 49:]).all()
+
+
+def test_forces_and_travels_of_a_pinch_stand_side_by_side(written):
+    def pinch(performer, *forces):
+        specimen, experiment, states = PinchedTube(), Pinch(), np.arange(len(forces))
+        found = channels(
+            Channel("increment", "1", states, ("increment",)),
+            Channel("travel", "m", 1e-3 * states, ("increment",)),
+            Channel("force", "N", np.array(forces), ("increment",)),
+        )
+        about = (specimen.model_dump(mode="json"), experiment.model_dump(mode="json"))
+        return Entry("pinches", performer, "single", "tube", Unreduced(), Record("fea", performer, *about, found), "")
+
+    class Unreduced(Pinch):
+        def reduce(self, record):
+            return {}
+
+    _, campaign = written("pinches", [pinch("fea", 0.0, 1.0, 2.0), pinch("hinge", 0.0, 1.5)])
+    np.testing.assert_array_equal(campaign["force"], [[0, 1, 2], [0, 1.5, np.nan]])
+    np.testing.assert_array_equal(campaign["increment"], [0, 1, 2])

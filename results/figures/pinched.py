@@ -1,0 +1,95 @@
+"""What the figures of pinched tubes share: how samples look, and which increments belong to which stage."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lab.experiments.pinch_drive import STAGES
+from lab.pinching import axis_difference, ideal_axis
+from lab.records import Record
+from results.accuracy import Entry
+from results.figures.canvas import COLOURS, pyplot
+from results.slugs import words
+
+Array = NDArray[np.float64]
+
+#: Lines of PRB models in their order, which are dashed, and of others.
+_DASHED: tuple[Any, ...] = ("--", ":", "-.")
+_SOLID: tuple[Any, ...] = ("-", (0, (9, 2)), (0, (9, 2, 2, 2)))
+
+
+@dataclass(frozen=True)
+class Look:
+    """Colour by sample, line by performer."""
+
+    colours: dict[str, Any]
+    names: dict[str, str]
+    lines: dict[str, Any]
+    labels: dict[str, str]
+
+    @classmethod
+    def of(cls, entries: Sequence[Entry]) -> "Look":
+        """Look of the entries of a campaign; samples that are too many for the palette go from dark to bright."""
+        slugs = list(dict.fromkeys(entry.slug for entry in entries))
+        shades = pyplot().get_cmap("viridis")(np.linspace(0.0, 0.95, len(slugs)))
+        origins = {entry.performer: entry.record.origin for entry in entries}
+        kinds = {name: [n for n in origins if (origins[n] == "prb") == (origins[name] == "prb")] for name in origins}
+        lines = {n: (_DASHED if origin == "prb" else _SOLID)[kinds[n].index(n) % 3] for n, origin in origins.items()}
+        return cls(
+            {slug: COLOURS[i] if len(slugs) <= len(COLOURS) else shades[i] for i, slug in enumerate(slugs)},
+            {slug: sample_name(slug) for slug in slugs},
+            lines,
+            {name: f"{name} ({origin})" for name, origin in origins.items()},
+        )
+
+    def line(self, entry: Entry) -> dict[str, Any]:
+        """Keywords of an entry's line."""
+        return {"color": self.colours[entry.slug], "ls": self.lines[entry.performer]}
+
+    def handles(self) -> list[Any]:
+        """For a legend: the samples, then the performers where there are several."""
+        from matplotlib.lines import Line2D
+
+        samples = [Line2D([], [], color=self.colours[slug], label=name) for slug, name in self.names.items()]
+        performers = [Line2D([], [], color="#555555", ls=ls, label=self.labels[n]) for n, ls in self.lines.items()]
+        return samples + (performers if len(performers) > 1 else [])
+
+
+def sample_name(slug: str) -> str:
+    """A slug for a legend: ``pinch_angle=30deg_law=even`` is ``α 30°, law even``."""
+    told = words(slug)
+    if not told:
+        return slug.replace("_", " ")
+    return ", ".join(_told(name, value) for name, value in told.items())
+
+
+def _told(name: str, value: str) -> str:
+    if name == "pinch_angle":
+        return f"\u03b1 {value.removesuffix('deg')}\u00b0"
+    shown = name.replace("_", " ")
+    return {"True": shown, "False": f"not {shown}"}.get(value, f"{shown} {value}")
+
+
+def during(record: Record, *stages: str) -> NDArray[np.int64]:
+    """Places of the increments of these stages, in their order."""
+    return np.flatnonzero(np.isin(record["stage"], [STAGES.index(name) for name in stages]))
+
+
+def pinching(record: Record) -> NDArray[np.int64]:
+    """Places of the increments of the pinch, with the state that it starts from."""
+    found = during(record, "pinch")
+    return np.concatenate([found[:1] - 1, found]) if len(found) and found[0] else found
+
+
+def ideal_of(entry: Entry) -> float:
+    """alpha / 2, rad; NaN where forces follow no pinch angle."""
+    experiment: Any = entry.experiment
+    return ideal_axis(experiment.pinch_angle) if experiment.pair_forces is None else float("nan")
+
+
+def axis_errors(axes: Array, ideal: float) -> Array:
+    """Angles of lines (n,) from the ideal one, rad, without jumps of half a turn; NaN where a line is not defined."""
+    return np.array([axis_difference(axis, ideal) for axis in axes])
