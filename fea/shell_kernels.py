@@ -219,16 +219,21 @@ def _add_force(
 
 @njit(cache=True)
 def _turned_over(now: Array) -> bool:
-    """Whether the volume is not positive at one of the eight outermost quadrature points."""
+    """Whether a layer's volume is not positive: the sum over its four outermost quadrature points.
+
+    A sharp fold may close one edge of an element for a while; strains are sampled elsewhere, and open it again.
+    """
     corners = (0, 2, 6, 8)
     for layer in range(2):
+        whole = 0.0
         for i in range(4):
             r, s, t = _LAYER * layer + 12 + corners[i], _LAYER * layer + 21 + corners[i], _AT_12 + i
             volume = now[0, t] * (now[1, r] * now[2, s] - now[2, r] * now[1, s])
             volume += now[1, t] * (now[2, r] * now[0, s] - now[0, r] * now[2, s])
             volume += now[2, t] * (now[0, r] * now[1, s] - now[1, r] * now[0, s])
-            if not volume > 0.0:
-                return True
+            whole += volume
+        if not whole > 0.0:
+            return True
     return False
 
 

@@ -84,7 +84,7 @@ class Sensed:
         return np.asarray((pad_share(self.tube.specimen, part.points) < 0.01)[part.cells].all(axis=1))
 
     def pictured(self) -> list[int]:
-        """Increments for pictures: rest, the largest force before the walls meet, first touch, ends of stages."""
+        """Increments for pictures: rest, half-way, the largest force before the walls meet, first touch, stages' ends."""
         stage = np.array(self.stage)
         ends = np.flatnonzero(np.diff(np.append(stage, -1)))
         chosen = {0, *ends.tolist()}
@@ -93,7 +93,9 @@ class Sensed:
         chosen |= set(touching[:1].tolist())
         before = pinching[pinching < touching[0]] if len(touching) else pinching
         if len(before):
+            travel = self.column("travel")[before]
             chosen.add(int(before[self.column("force")[before].argmax()]))
+            chosen.add(int(before[np.abs(travel - 0.5 * travel[-1]).argmin()]))
         return sorted(chosen)
 
     def channels(self) -> dict[str, Channel]:
