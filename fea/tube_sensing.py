@@ -84,7 +84,7 @@ class Sensed:
         return np.asarray((pad_share(self.tube.specimen, part.points) < 0.01)[part.cells].all(axis=1))
 
     def pictured(self) -> list[int]:
-        """Increments for pictures: rest, half-way, the largest force before the walls meet, first touch, stages' ends."""
+        """Increments for pictures: rest, half-way, the largest force before a touch, first touch, ends of stages."""
         stage = np.array(self.stage)
         ends = np.flatnonzero(np.diff(np.append(stage, -1)))
         chosen = {0, *ends.tolist()}
