@@ -55,6 +55,8 @@ class Pinch(PinchDrive):
 def closing(record: Record) -> dict[str, Scalar]:
     """Force and travel at which the pinch first touches, and the largest force up to there, which it takes to close.
 
+    The touch is where the last two open states lead to, by their gaps; of one gap alone, the last open state.
+
     Needs ``stage``, ``force``, ``travel``, ``gap`` and ``contact_force`` (n,); NaN where it never touched.
     """
     pinching = record["stage"] <= STAGES.index("pinch")
@@ -65,13 +67,12 @@ def closing(record: Record) -> dict[str, Scalar]:
         at, first, largest = (float("nan"),) * 3
     else:
         why, here = "first touch", int(touching[0])
-        before = max(here - 1, 0)
-        # Between the last open and the first touching state the gap crosses zero.
-        open_gap, closed_gap = gap[before], min(float(gap[here]), 0.0)
-        known = np.isfinite(open_gap) and open_gap > 0
-        share = float(open_gap / (open_gap - closed_gap)) if known else 1.0
-        first = float(force[before] + share * (force[here] - force[before]))
-        at = float(travel[before] + share * (travel[here] - travel[before]))
+        # Contact of stiff pads lets F_p jump within micrometres: what led there tells of the touch, not what follows.
+        last, before = max(here - 1, 0), max(here - 2, 0)
+        closed = gap[before] - gap[last]
+        share = float(np.clip(gap[last] / closed, 0.0, 1.0)) if closed > 0 else 0.0
+        first = float(force[last] + share * (force[last] - force[before]))
+        at = float(min(travel[last] + share * (travel[last] - travel[before]), travel[here]))
         largest = max(float(force[:here].max(initial=0.0)), first)
     return {
         "closing_force": Scalar(largest, "N", f"largest F_p up to the {why}" if why == "first touch" else why),
