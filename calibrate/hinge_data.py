@@ -1,6 +1,6 @@
 """A record as a hinge: what a fit of kind ``hinge`` reads out of it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +14,14 @@ from lab.records import Record
 from lab.specimens import PinchedTube, Specimen
 
 Array = NDArray[np.float64]
-#: Turn below which a bending says nothing about hardening, rad.
-_SMALL_TURN = np.deg2rad(1.0)
+#: Range of turns below which a bending says nothing about a spring, rad.
+_SMALL_TURN = np.deg2rad(1.5)
+#: States of a bending of which the first can be spared.
+_FEWEST = 4
+#: Where a knee may be over the largest turn.
+_KNEES = np.linspace(0.2, 0.8, 25)
+#: Slope beyond a knee over that before: a spring neither gives way nor becomes a stop beyond what was seen.
+_SLOPES = (0.2, 5.0)
 
 
 @dataclass(frozen=True)
@@ -69,23 +75,78 @@ def hinge_of(flexibility: Array) -> tuple[Array, dict[str, Array]]:
     }  # fmt: skip
 
 
-def hardening(items: Sequence[HingeDatum], *, closed: bool) -> Array | None:
-    """Cubic terms about the soft and the stiff axis (2,), N*m/rad^3, zero where nothing turned far enough.
+@dataclass(frozen=True)
+class Bend:
+    """How the closed tube of a record is bent, its tendons held, seen from its rest.
 
-    An open tube has no soft axis: both are that of the turn.  None: no bending at all.
+    Parameters
+    ----------
+    turn, moment
+        About x and y, (n, 2), rad and N*m: the moment of the load on the straight tube that the model turns.
+    flexibility
+        Of the block's face, (n, 6, 6).
     """
-    bendings = [item for item in items if isinstance(item.experiment, PinchedBending)]
-    sums = np.zeros((2, 2))
-    for item in bendings:
-        for place, (turn, moment, stiffness) in enumerate(_turns(item, closed)):
-            far = np.abs(turn).max()
-            if far > _SMALL_TURN:
-                # Of records with other turns, each counts by its own size.
-                sums[place] += np.array([turn**3 @ (moment - stiffness * turn), turn**3 @ turn**3]) / far**6
-    if not bendings:
+
+    turn: Array
+    moment: Array
+    flexibility: Array
+
+
+def bend_of(item: HingeDatum) -> Bend | None:
+    """States of a record's bending that could stand, None where there is none.
+
+    A pinch that moved until its tendons are held is not at rest, and settles with the first load.  The first state is
+    left out, therefore, where there are enough, and rest is where the flexibility of the next one leads to.
+    """
+    from scipy.spatial.transform import Rotation
+
+    record, e = item.record, item.experiment
+    if not isinstance(e, PinchedBending) or not e.pinched:
         return None
-    cubic = np.array([top / bottom if bottom > 0 else 0.0 for top, bottom in sums])
-    return cubic if closed else cubic[[0, 0]]
+    rows = np.flatnonzero(record["stage"] == STAGES.index("bend"))
+    if not len(rows):
+        return None
+    before = Rotation.from_rotvec(record["pose"][rows[0] - 1, 3:])
+    rows = rows[1:] if len(rows) > _FEWEST else rows
+    rows = rows[record["unstable"][rows] <= 0]
+    if not len(rows):
+        return None
+    turn = (Rotation.from_rotvec(record["pose"][rows, 3:]) * before.inv()).as_rotvec()
+    flexible = (record["flexibility"][rows] + record["flexibility"][rows].swapaxes(1, 2)) / 2
+    arm = np.array([0.0, 0.0, float(hinge_of(flexible[:1])[1]["lever"][0]) + e.place])
+    force = record["load"][rows, None] * np.array([np.cos(e.direction), np.sin(e.direction), 0.0])
+    turn -= turn[0] - flexible[0, 3:, 3:] @ np.cross(arm, force[0])
+    moment = np.cross(Rotation.from_rotvec(turn).apply(arm), force)
+    return Bend(turn[:, :2], moment[:, :2], flexible)
+
+
+def twist_of(flexibility: Array) -> tuple[Array, Array]:
+    """Twist over the turn about x and y that a bend brings with it, (n, 2), and stiffness against other twist (n,)."""
+    bend = np.linalg.inv(flexibility[:, 3:5, 3:5])
+    twist = np.einsum("ni,nij->nj", flexibility[:, 5, 3:5], bend)
+    rest = flexibility[:, 5, 5] - np.einsum("ni,ni->n", twist, flexibility[:, 5, 3:5])
+    return twist, 1.0 / rest
+
+
+def spring_of(bends: Sequence[Bend], axis: float) -> tuple[float, float, float] | None:
+    """Spring about an axis (rad from +x): stiffness, knee (rad), and slope beyond over that before.
+
+    Least squares over moments and turns of all bendings that turn far enough.  None: nothing does.
+    """
+    line = np.array([np.cos(axis), np.sin(axis)])
+    seen = [(bend.turn @ line, bend.moment @ line) for bend in bends]
+    seen = [(turn, moment) for turn, moment in seen if np.ptp(turn) > _SMALL_TURN]
+    if not seen:
+        return None
+    turn, moment = (np.concatenate(parts) for parts in zip(*seen, strict=True))
+    best, found = np.inf, None
+    for knee in np.abs(turn).max() * _KNEES:
+        columns = np.column_stack([turn, np.sign(turn) * np.maximum(np.abs(turn) - knee, 0.0)])
+        stiffness, change = np.linalg.lstsq(columns, moment, rcond=None)[0]
+        off = float(np.linalg.norm(columns @ [stiffness, change] - moment))
+        if stiffness > 0 and off < best:
+            best, found = off, (float(stiffness), float(knee), float(np.clip(1.0 + change / stiffness, *_SLOPES)))
+    return found
 
 
 def largest_turn(items: Sequence[HingeDatum]) -> float:
@@ -97,28 +158,3 @@ def largest_turn(items: Sequence[HingeDatum]) -> float:
             turn = item.record["pose"][bending, 3:5] - item.record["pose"][bending[0] - 1, 3:5]
             found.append(float(np.linalg.norm(turn, axis=1).max()))
     return max(found)
-
-
-def _turns(item: HingeDatum, closed: bool) -> Iterator[tuple[Array, Array, float]]:
-    """Turn, moment and stiffness at rest about the soft, then the stiff axis, by the forces and poses of a record."""
-    from scipy.spatial.transform import Rotation
-
-    record, e, tube = item.record, item.experiment, item.specimen
-    rows = np.flatnonzero(record["stage"] == STAGES.index("bend"))
-    if not len(rows):
-        return
-    start = rows[0] - 1
-    bend, rest = hinge_of(record["flexibility"][[start]])
-    moved = record["pose"] - record["pose"][0]
-    before = Rotation.from_rotvec(moved[start, 3:])
-    face = np.array([0.0, 0.0, tube.length]) + moved[:, :3]
-    hinge = face[start] - before.apply([0.0, 0.0, rest["lever"][0]])
-    now = Rotation.from_rotvec(moved[rows, 3:])
-    turned = (now * before.inv()).as_rotvec()
-    force = record["load"][rows, None] * np.array([np.cos(e.direction), np.sin(e.direction), 0.0])
-    moment = np.cross(face[rows] + now.apply([0.0, 0.0, e.place]) - hinge, force)
-    axis = float(np.angle(bend[0, 1])) / 2 if closed else e.direction + np.pi / 2
-    mean, size = float(bend[0, 0].real), float(abs(bend[0, 1])) if closed else 0.0
-    for angle, stiffness in ((axis, mean - size), (axis + np.pi / 2, mean + size)):
-        line = np.array([np.cos(angle), np.sin(angle), 0.0])
-        yield turned @ line, moment @ line, stiffness

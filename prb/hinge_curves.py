@@ -27,8 +27,24 @@ COLUMNS: Mapping[str, str] = {
     "travel": "m", "force": "N", "contact": "N", "gap": "m", "strain": "1", "flat_along": "1", "flat_askew": "1",
     "bend_mean": "N*m/rad", "bend_along": "N*m/rad", "bend_askew": "N*m/rad", "torsion": "N*m/rad",
     "lever": "m", "shortening": "m", "give_across": "m/N", "give_along": "m/N",
-    "harden_soft": "N*m/rad^3", "harden_stiff": "N*m/rad^3",
 }  # fmt: skip
+#: Numbers of the closed tube whose tendons are held, and their units: as the columns, and how springs go on beyond a
+#: knee, and ``twist``: twist over the turn about x and y that it comes with.
+HELD: Mapping[str, str] = {
+    **{name: COLUMNS[name] for name in (
+        "bend_mean", "bend_along", "bend_askew", "torsion", "lever", "give_across", "give_along",
+    )},
+    "knee_soft": "rad", "knee_stiff": "rad", "beyond_soft": "1", "beyond_stiff": "1", "twist_x": "1", "twist_y": "1",
+}  # fmt: skip
+#: A spring without a knee: where it would be, rad, and the slope beyond over that before.
+STRAIGHT = {
+    "knee_soft": 0.1,
+    "knee_stiff": 0.1,
+    "beyond_soft": 1.0,
+    "beyond_stiff": 1.0,
+    "twist_x": 0.0,
+    "twist_y": 0.0,
+}
 #: Share of the pinch at which walls or pads first touch: before it shares are even in the travel, and so are those
 #: from there to the end, which is often but a hundredth of a millimetre away.
 TOUCH = 0.9
@@ -70,12 +86,21 @@ class HingeTable(Frozen):
     """Curves at one distinct pinch angle over the share of the pinch, columns as ``COLUMNS``.
 
     Travel and forces are those of one pair alone by the first-order theory: travel over its strength, forces times it.
-    Where walls and pads never touch, the pinch ends at the share ``TOUCH``, and nothing changes beyond.
+    Where walls and pads never touch, the pinch ends at the share ``TOUCH``, and nothing changes beyond.  ``held`` has
+    numbers named in ``HELD`` of the closed tube at rest with its tendons held, which a moving pinch may not have
+    reached; those left out are the last of the columns, and springs that are straight.
     """
 
     pinch_angle: float = Field(ge=0)
     touches: bool
     columns: dict[str, tuple[float, ...]]
+    held: dict[str, float] = {}
+
+    @property
+    def closed(self) -> dict[str, float]:
+        """All numbers in ``HELD``."""
+        return {name: self.held.get(name, self.columns[name][-1] if name in COLUMNS else STRAIGHT[name])
+                for name in HELD}  # fmt: skip
 
 
 class HingeCurves(Frozen):
@@ -86,7 +111,7 @@ class HingeCurves(Frozen):
     #: Shares of the pinch at which the tables stand, from 0 to 1.
     shares: tuple[float, ...] = Field(min_length=2)
     tables: tuple[HingeTable, ...] = Field(min_length=1)
-    #: Largest turn from which hardening was learned, rad; 0: none was, and springs are linear.
+    #: Largest turn from which springs were learned, rad; 0: none was, and they are linear.
     turned: float = Field(0.0, ge=0)
     #: The specimen of the fit, as plain data.
     specimen: dict[str, Any]
@@ -100,6 +125,8 @@ class HingeCurves(Frozen):
             if wrong := {n for n in (*COLUMNS, *table.columns)
                          if len(table.columns.get(n, ())) != len(self.shares) or n not in COLUMNS}:  # fmt: skip
                 raise ValueError(f"tables: column {min(wrong)} must have one number for each of the shares")
+            if unknown := set(table.held) - set(HELD):
+                raise ValueError(f"tables: held has no number {min(unknown)!r}; it may have {', '.join(HELD)}")
         return self
 
     def doubts(self, specimen: PinchedTube) -> tuple[str, ...]:
@@ -124,15 +151,22 @@ class HingeCurves(Frozen):
         """Whether walls or pads touch at a pinch angle (rad): they do where they did at all fitted ones."""
         return self._at(pinch_angle).touches
 
-    def state(self, pinch_angle: float, share: float) -> HingeState:
-        """The hinge at a pinch angle (rad) and share of the pinch (0 to 1, first touch at ``TOUCH``)."""
+    def state(self, pinch_angle: float, share: float, *, pinching: bool = False) -> HingeState:
+        """The hinge at a pinch angle (rad) and share of the pinch (0 to 1, first touch at ``TOUCH``).
+
+        Once it is closed its tendons are held, unless it is ``pinching`` still.
+        """
         at, share = self._at(pinch_angle), float(np.clip(share, 0.0, 1.0))
         image, theory = at.image, at.theory
-        found = dict(zip(COLUMNS, at.columns(share).tolist(), strict=True))
+        found = {**STRAIGHT, **dict(zip(COLUMNS, at.columns(share).tolist(), strict=True))}
+        if not pinching and (share > TOUCH or (share == TOUCH and not at.touches)):
+            found |= at.held
         stiffer, bend = found["bend_mean"], complex(found["bend_along"], found["bend_askew"])
         flat = complex(found["flat_along"], found["flat_askew"])
         axis = image.axis(theory.axis + float(np.angle(bend)) / 2)
         cosine, sine = np.cos(2 * axis), np.sin(2 * axis)
+        # Twist over turn goes like a vector: of what a mirror does to turns and to twists, one sign is left.
+        [twist] = image.points(np.array([[found["twist_x"], found["twist_y"]]]))
         tensor = stiffer * np.eye(2) - abs(bend) * np.array([[cosine, sine], [sine, -cosine]])
         length = float(self.specimen["length"])
         least = _LEAST_GIVE * length**2 / abs(stiffer)
@@ -148,7 +182,9 @@ class HingeCurves(Frozen):
                 "place": float(np.clip(length - found["shortening"] - found["lever"], 0.05 * length, 0.8 * length)),
                 "shortening": found["shortening"],
                 "k_across": 1.0 / max(found["give_across"], least), "k_along": 1.0 / max(found["give_along"], least),
-                "harden_soft": found["harden_soft"], "harden_stiff": found["harden_stiff"],
+                **{name: found[name] for name in ("knee_soft", "knee_stiff", "beyond_soft", "beyond_stiff")},
+                "twist_soft": float(twist @ [np.cos(axis), np.sin(axis)]),
+                "twist_stiff": float(twist @ [-np.sin(axis), np.cos(axis)]),
             },
         )  # fmt: skip
 
@@ -175,16 +211,19 @@ class HingeCurves(Frozen):
             return values[0] if len(angles) == 1 else PchipInterpolator(angles, values)(angle)
 
         columns = blend([[table.columns[name] for name in COLUMNS] for table in self.tables])
+        held = blend([list(table.closed.values()) for table in self.tables])
         return _AtAngle(
             image, theory, all(table.touches for table in self.tables), PchipInterpolator(self.shares, columns.T),
+            dict(zip(HELD, held.tolist(), strict=True)),
         )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _AtAngle:
-    """At one pinch angle: its image, theory at that, whether walls touch, columns over the share."""
+    """At one pinch angle: its image, theory at that, whether walls touch, columns over the share, numbers held."""
 
     image: Equivalent
     theory: FirstOrder
     touches: bool
     columns: Callable[[float], Array]
+    held: Mapping[str, float]

@@ -14,8 +14,9 @@ from prb.statics import Chain
 from prb.tube_statics import Bent, chain_of, pose
 
 Array = NDArray[np.float64]
-#: Change of the share over which the tendons' part of a bend is differenced.
-_SMALL = 5e-3
+#: Share of the pinch over which the tendons' part of a bend is differenced.  Between first touch and closing there is
+#: hardly any travel to divide by.
+_SPAN = 0.05
 #: States recorded after the first touch.
 _TOUCHING = 4
 
@@ -50,11 +51,11 @@ class Walk:
         self.curves: HingeCurves | None = model.hinge
         self.limited = False
 
-    def at(self, share: float) -> tuple[HingeState | None, Chain]:
-        """The hinge and its chain at a share of the learned pinch."""
+    def at(self, share: float, *, pinching: bool = False) -> tuple[HingeState | None, Chain]:
+        """The hinge and its chain at a share of the learned pinch, with the tendons held unless it is ``pinching``."""
         if self.curves is None:
             return None, chain_of(self.model, self.tube)
-        state = self.curves.state(self.experiment.pinch_angle, share)
+        state = self.curves.state(self.experiment.pinch_angle, share, pinching=pinching)
         return state, chain_of(self.model.pinched(state.parameters), self.tube)
 
     def shares(self) -> list[float]:
@@ -76,7 +77,7 @@ class Walk:
     def unloaded(self) -> Iterator[Row]:
         """From rest to the end of the pinch, the tube straight."""
         for stage, share in [("rest", 0.0), *(("pinch", share) for share in self.shares())]:
-            state, chain = self.at(share)
+            state, chain = self.at(share, pinching=True)
             yield Row(stage, share, state, chain, Bent(chain.slack, 0.0))
 
     def force(self, row: Row) -> float:
@@ -84,8 +85,9 @@ class Walk:
         if row.state is None or self.curves is None or row.share == 0.0:
             return 0.0
         turn, alpha = pose(row.chain, row.bent.joints, self.tube.length)[3:5], self.experiment.pinch_angle
-        low, high = max(row.share - _SMALL, 0.0), min(row.share + _SMALL, 1.0)
-        after, before = self.curves.state(alpha, high), self.curves.state(alpha, low)
+        high = min(row.share, TOUCH)
+        low = max(high - _SPAN, 0.0)
+        after, before = (self.curves.state(alpha, share, pinching=True) for share in (high, low))
         if after.travel <= before.travel:
             return row.state.force
         slope = (after.bending - before.bending) / (after.travel - before.travel)

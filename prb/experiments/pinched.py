@@ -94,8 +94,9 @@ def _bending(walk: Walk, e: PinchedBending) -> Iterator[Row]:
     share, here = 0.0, walk.at(0.0)
     if e.pinched:
         for row in walk.unloaded():
-            share, here = row.share, (row.state, row.chain)
+            share = row.share
             yield row
+        here = walk.at(share)
     else:
         yield Row("rest", 0.0, *here, Bent(here[1].slack, 0.0))
     steps = [*ramp, *ramp[-2::-1], 0.0][: 2 * count if e.returns else count]

@@ -35,7 +35,7 @@ def pinched_record(head: dict[str, Any], walk: Walk, rows: Sequence[Row], begin:
     turned = max(float(np.linalg.norm(pose(row.chain, row.bent.joints, walk.tube.length)[3:5])) for row in rows)
     if walk.curves and turned > 1.05 * walk.curves.turned > 0:
         learned, reached = np.rad2deg([walk.curves.turned, turned])
-        notes.append(f"it turns by {reached:.3g} deg, and hardening was learned up to {learned:.3g} deg")
+        notes.append(f"it turns by {reached:.3g} deg, and its springs were learned up to {learned:.3g} deg")
     if notes:
         facts["notes"] = notes
     return Record(**head, channels=_channels(walk, rows), how=facts, fields=_fields(rows), **outcome)

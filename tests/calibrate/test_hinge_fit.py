@@ -10,8 +10,10 @@ from pydantic import ValidationError
 import prb
 from calibrate.hinge_data import HingeDatum, hinge_of
 from calibrate.hinge_fit import fit_hinge, learn_hinge
+from calibrate.hinge_scores import score_of
 from calibrate.spec import HingeFit
 from lab.experiments import Pinch, PinchedBending, ShapeRecovery
+from lab.experiments.pinch_drive import STAGES
 from lab.pinching import axis_difference
 from lab.records import Channel
 from lab.specimens import PinchedTube, TwistedBeam
@@ -21,6 +23,14 @@ from prb.model import PrbModel
 TUBE = PinchedTube()
 SPEC = HingeFit.model_validate({"model": "prb", "data": [{"campaign": "a", "reference": "b", "used": ["c"]}]})
 SHARES = np.linspace(0.0, 1.0, 11)
+HELD = {
+    "knee_soft": 0.05,
+    "beyond_soft": 0.6,
+    "knee_stiff": 0.05,
+    "beyond_stiff": 1.5,
+    "twist_x": 0.15,
+    "twist_y": 0.05,
+}
 
 
 def table(degrees: float) -> HingeTable:
@@ -32,11 +42,11 @@ def table(degrees: float) -> HingeTable:
         "gap": 0.04 * (TOUCH - s), "flat_along": 0.8 * s, "flat_askew": 0.02 * s, "bend_mean": (soft + stiff) / 2,
         "bend_along": (stiff - soft) / 2, "bend_askew": askew, "torsion": 8.0 - 5.0 * s, "lever": 0.05 - 0.005 * s,
         "shortening": 0.008 * s, "give_across": 2e-4 + 1e-4 * s, "give_along": 2e-4 + 3e-4 * s,
-        "harden_soft": -0.5 * s, "harden_stiff": 2.0 * s,
     }  # fmt: skip
     return HingeTable(
-        pinch_angle=np.deg2rad(degrees), touches=True, columns={k: tuple(v.tolist()) for k, v in columns.items()}
-    )
+        pinch_angle=np.deg2rad(degrees), touches=True, held=HELD,
+        columns={k: tuple(v.tolist()) for k, v in columns.items()},
+    )  # fmt: skip
 
 
 CURVES = HingeCurves(
@@ -77,26 +87,59 @@ def test_a_known_hinge_is_recovered(learned, degrees, share):
     for name in ("travel", "force", "contact", "strain"):
         assert getattr(found, name) == pytest.approx(getattr(true, name), rel=1e-3, abs=1e-9), name
     assert found.flatness == pytest.approx(true.flatness, rel=1e-2)
-    assert found.bending == pytest.approx(true.bending, rel=1e-3, abs=1e-3)
+    # By forces and poses of bendings where the tube is closed, by flexibilities before.
+    assert found.bending == pytest.approx(true.bending, rel=5e-3 if share > TOUCH else 1e-3, abs=3e-3)
     parameters = dict(found.parameters)
     assert axis_difference(parameters.pop("axis"), true.parameters["axis"]) == pytest.approx(0.0, abs=1e-3)
     for name in ("k_soft", "k_stiff", "k_torsion", "place", "shortening", "k_across", "k_along"):
         assert parameters[name] == pytest.approx(true.parameters[name], rel=5e-3), name
 
 
-def test_hardening_follows_from_forces_and_poses(learned):
-    found = learned.state(0.0, 1.0).parameters
-    assert found["harden_soft"] == pytest.approx(-0.5, rel=0.02)
-    # The cubic part is a small share of a turn by some degrees.
-    assert found["harden_stiff"] == pytest.approx(2.0, rel=0.1)
+def moment_of(parameters, turn: float, name: str) -> float:
+    """Moment of a spring at a turn."""
+    knee, beyond = parameters[f"knee_{name}"], parameters[f"beyond_{name}"]
+    return parameters[f"k_{name}"] * (min(turn, knee) + beyond * max(turn - knee, 0.0))
+
+
+def test_springs_follow_from_forces_and_poses(learned):
+    found, true = learned.state(0.0, 1.0).parameters, CURVES.state(0.0, 1.0).parameters
+    for name, largest in (("soft", 0.1), ("stiff", 0.12)):
+        assert (found[f"beyond_{name}"] > 1) == (true[f"beyond_{name}"] > 1)
+        for turn in np.linspace(0.2, 1.0, 5) * largest:
+            assert moment_of(found, turn, name) == pytest.approx(moment_of(true, turn, name), rel=0.03)
+
+
+def test_a_jump_as_tendons_are_held_is_no_part_of_the_spring(seen):
+    item = bending(0)
+    rows = item.record["stage"] == STAGES.index("bend")
+    settled = item.record["pose"] + np.outer(rows, [0.0, -0.003, 0.0, 0.06, 0.0, 0.0])
+    pose = dataclasses.replace(item.record.channels["pose"], values=settled)
+    record = dataclasses.replace(item.record, channels={**item.record.channels, "pose": pose})
+    found = learn_hinge([seen[0], HingeDatum("it", True, record)])
+    straight = learn_hinge([seen[0], item])
+    for name in ("k_soft", "beyond_soft"):
+        assert found.state(0.0, 1.0).parameters[name] == pytest.approx(
+            straight.state(0.0, 1.0).parameters[name], rel=0.1
+        )
+    model = PrbModel(topology="tube-shear", hinge=found)
+    assert "of the record's motion is not by the load" in score_of(model, HingeDatum("it", True, record))["note"]
+    assert score_of(model, item)["note"] == ""
+
+
+def test_a_bending_of_an_image_teaches_the_same(seen):
+    here = learn_hinge([seen[0], bending(30, direction=0.4)])
+    # 90 deg is the mirror image of 30 deg in the line at 120 deg.
+    there = learn_hinge([seen[0], bending(90, direction=2 * np.deg2rad(120) - 0.4)])
+    one, other = (curves.state(0.5, 1.0).parameters for curves in (here, there))
+    assert dict(other) == pytest.approx(dict(one), rel=1e-6, abs=1e-9)
 
 
 def test_turns_beyond_those_of_the_fit_are_noted(learned):
-    largest = np.linalg.norm(bending(0, direction=0.0, load=20.0).record["pose"][-1, 3:5])
+    largest = np.linalg.norm(bending(0).record["pose"][-1, 3:5])
     assert learned.turned == pytest.approx(largest, rel=1e-6)
     record = prb.perform(TUBE, PinchedBending(load=30.0, direction=0.0), PrbModel(topology="tube-shear", hinge=learned))
     [note] = record.how["notes"]
-    assert note.startswith("it turns by 9.")
+    assert note.startswith("it turns by 7.")
     assert note.endswith(f"learned up to {np.rad2deg(largest):.3g} deg")
 
 
@@ -131,7 +174,7 @@ def test_unseen_cases_are_scored_and_the_simpler_hinges_are_worse(seen):
         assert [score["use"] for score in result["scores"]] == ["in sample"] * 6 + ["held out"] * 4
         errors[topology] = [score["error"] for score in result["scores"] if score["name"].startswith("bend")]
         assert [len(row) == len(t["header"]) for t in result["tables"] for row in t["rows"]]
-    assert max(errors["tube-shear"]) < 0.01
+    assert max(errors["tube-shear"]) < 0.015
     assert min(errors["tube-two-axis"]) > 0.02
     again = HingeCurves.model_validate(json.loads(json.dumps(result["hinge"])))
     assert again.state(0.5, 0.7).parameters == learn_hinge(seen).state(0.5, 0.7).parameters

@@ -89,6 +89,43 @@ def test_a_bend_about_the_soft_axis_is_a_pendulum_and_eases_the_tendons():
     assert record["force"][-1] == pytest.approx(10.0 - 9.5 / 0.04 * turn**2 / 2, rel=1e-6)
 
 
+def bent(load: float, *, beyond: float = 0.5, topology: str = "tube-two-axis", **held: float):
+    tables = [t.model_copy(update={"held": {"beyond_soft": beyond, "knee_soft": 0.2, **held}}) for t in curves().tables]
+    model = PrbModel(topology=topology, hinge=curves().model_copy(update={"tables": tuple(tables)}))
+    record = prb.perform(TUBE, PinchedBending(load=load), model)
+    assert record.completed
+    return record["pose"][-1]
+
+
+@pytest.mark.parametrize("beyond", [0.2, 2.0])
+def test_a_spring_with_a_knee_bears_any_load(beyond):
+    for load, knee in ((1.0, False), (4.0, True), (40.0, True)):
+        turn = bent(load, beyond=beyond)[3]
+        assert (turn > 0.2) == knee
+        moment = 0.5 * (turn if turn < 0.2 else 0.2 + beyond * (turn - 0.2))
+        assert moment == pytest.approx(load * 0.045 * np.cos(turn), rel=1e-6)
+
+
+def test_a_bend_brings_twist_with_it():
+    straight, twisted = (bent(0.01, topology="tube-three-axis", twist_x=x) for x in (0.0, -0.2))
+    assert straight[5] == pytest.approx(0.0, abs=1e-9)
+    assert twisted[5] == pytest.approx(-0.2 * twisted[3], rel=1e-3)
+    # Bending does not feel it.
+    assert twisted[3] == pytest.approx(straight[3], rel=1e-3)
+
+
+def test_held_tendons_change_the_closed_tube_alone():
+    table = curves().tables[0].model_copy(update={"held": {"bend_mean": 3.0, "torsion": 1.0}})
+    held = curves().model_copy(update={"tables": (table,)})
+    assert held.state(0.0, 1.0).parameters["k_torsion"] == pytest.approx(1.0)
+    assert held.state(0.0, 1.0, pinching=True).parameters == pytest.approx(curves().state(0.0, 1.0).parameters)
+    assert held.state(0.0, 0.5).parameters == pytest.approx(curves().state(0.0, 0.5).parameters)
+    document = held.model_dump(mode="json")
+    document["tables"][0]["held"]["hardening"] = 1.0
+    with pytest.raises(ValidationError, match="held has no number 'hardening'; it may have bend_mean"):
+        HingeCurves.model_validate(document)
+
+
 def test_a_push_holds_what_a_dead_load_cannot():
     snapping = PrbModel(topology="tube-two-axis", hinge=curves(soft=-0.5))
     dead = prb.perform(TUBE, PinchedBending(load=0.1), snapping)
