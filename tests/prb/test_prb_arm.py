@@ -113,7 +113,8 @@ def test_the_example_writes_a_workspace_and_an_arm(tmp_path):
     assert (tmp_path / "workspace.png").stat().st_size > 10_000
     assert len((tmp_path / "workspace.csv").read_text().splitlines()) == 33
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
-    assert (model.ntendon, model.nu, model.nbody) == (1, 1, 7)
+    # The cable, and a tendon for either side of the knees of three soft and three stiff springs.
+    assert (model.ntendon, model.nu, model.nbody) == (13, 1, 7)
     (tmp_path / "failed.json").write_text(json.dumps({"reason": "no reference"}))
     with pytest.raises(SystemExit, match="no result of a fit of kind hinge: no reference"):
         example.main(tmp_path / "failed.json", tmp_path, [None])
