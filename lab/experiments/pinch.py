@@ -71,7 +71,8 @@ def closing(record: Record) -> dict[str, Scalar]:
         last, before = max(here - 1, 0), max(here - 2, 0)
         closed = gap[before] - gap[last]
         share = float(np.clip(gap[last] / closed, 0.0, 1.0)) if closed > 0 else 0.0
-        first = float(force[last] + share * (force[last] - force[before]))
+        # Contact only adds to it.
+        first = float(min(force[last] + share * (force[last] - force[before]), max(force[last], force[here])))
         at = float(min(travel[last] + share * (travel[last] - travel[before]), travel[here]))
         largest = max(float(force[:here].max(initial=0.0)), first)
     return {
