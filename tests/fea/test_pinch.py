@@ -238,5 +238,5 @@ def test_a_batch_makes_tube_meshes():
     experiment = PinchedBending(pinched=False, load=1.0, bend_increments=2)
     (response,) = Batch(model)([Request(BARE, experiment)])
     record = whole(BARE, experiment, model)
-    for name, values in response.items():
-        np.testing.assert_array_equal(values, record[name])
+    for name, values in response.items():  # a factorization on two threads may round otherwise
+        np.testing.assert_allclose(values, record[name], rtol=1e-9, atol=1e-12 * np.abs(record[name]).max())
