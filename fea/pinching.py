@@ -103,6 +103,12 @@ class Story:
             self.notes.append(f"the pinch ended at {why}, F_p = {last.force:.4g} N: {touched}")
         tube.tendons.hold(self.x, self.t)
 
+    def settle(self) -> None:
+        """Wait with the tendons held."""
+        experiment = self.experiment
+        assert isinstance(experiment, PinchedBending)
+        self._march("settle", self.t + experiment.pause, experiment.pause)
+
     def load(self, stage: str = "load") -> None:
         """Put the dead load on."""
         experiment = self.experiment
@@ -241,7 +247,8 @@ def _pinched_bending(story: Story) -> list[Callable[[], None]]:
     assert isinstance(experiment, PinchedBending)
     if experiment.order == "load first":
         return [story.load, story.pinch]
-    return [*([story.pinch] if experiment.pinched else []), story.bend, *([story.back] if experiment.returns else [])]
+    closed = [story.pinch, story.settle] if experiment.pinched else []
+    return [*closed, story.bend, *([story.back] if experiment.returns else [])]
 
 
 def _shape_recovery(story: Story) -> list[Callable[[], None]]:

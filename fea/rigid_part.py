@@ -60,14 +60,14 @@ class RigidPart:
         With dR R' = skew(W d theta) the work is moment . W d theta.  A moment about axes at rest has a
         potential only where the axis of rotation stays, so the derivative is not symmetric.
         """
-        pull = self._spin(pose[3:]).T @ self._now(pose, moment, follows)
+        pull = self.spin(pose[3:]).T @ self._now(pose, moment, follows)
         slope, step = np.empty((3, 3)), 1e-6
         for k in range(3):
             ends = []
             for sense in (step, -step):
                 near = pose.copy()
                 near[3 + k] += sense
-                ends.append(self._spin(near[3:]).T @ self._now(near, moment, follows))
+                ends.append(self.spin(near[3:]).T @ self._now(near, moment, follows))
             slope[:, k] = (ends[0] - ends[1]) / (2 * step)
         return pull, slope
 
@@ -75,7 +75,7 @@ class RigidPart:
         return self.turn(pose) @ moment if follows else moment
 
     @staticmethod
-    def _spin(theta: Array) -> Array:
+    def spin(theta: Array) -> Array:
         """W with dR R' = skew(W d theta), (3, 3)."""
         turned, first, _ = rotation_derivatives(theta)
         spins = first @ turned.T

@@ -15,7 +15,8 @@ from fea.shell import Shell
 from lab.experiments import Experiment
 from lab.materials import Material
 from lab.specimens import Specimen, TwistedBeam
-from meshes.making import Element, thickness_directions
+from meshes.making import Element
+from meshes.twist import thickness_directions
 
 #: Meshes of specimens: the body, or its middle surface.
 Mesh: TypeAlias = MeshHex2 | MeshQuad2

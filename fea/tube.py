@@ -113,7 +113,7 @@ class Tube:
         place = links.pose_place(0)
         unit = np.zeros((links.unknowns, 6))
         unit[place] = np.eye(6)
-        turning = block_diag(np.eye(3), links.rigid[0]._spin(links.pose(0, state, t)[3:]))
+        turning = block_diag(np.eye(3), links.rigid[0].spin(links.pose(0, state, t)[3:]))
         flexibility = turning @ self.problem.solve(unit)[place] @ turning.T
         return (flexibility + flexibility.T) / 2, negative
 

@@ -16,7 +16,6 @@ from meshes.options import MeshOptions
 from meshes.tube import Part, tube_image
 from meshes.tube_size import wall_area, wall_volume
 from meshes.twist import helicoid_area, twisted
-from meshes.twist import thickness_directions as thickness_directions
 
 Array = NDArray[np.float64]
 #: Solid: the whole body in hexahedra; shell: its middle surface in quadrilaterals.

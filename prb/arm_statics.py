@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prb.mechanism import Vector
-from prb.statics import Chain, Load, NotConverged
+from prb.statics import Chain, Load, grown
 
 Array = NDArray[np.float64]
-_TOLERANCE, _ITERATIONS, _SMALLEST, _DIFFERENCE = 1e-10, 25, 1.0 / 256, 1e-6
+_DIFFERENCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -58,35 +58,15 @@ class Pull:
 
 
 def settled(chain: Chain, load: Load, pull: Pull | None) -> Array:
-    """Stable equilibrium, reached as gravity and tension grow together."""
-    joints, done, step = chain.slack, 0.0, 1.0
-    while done < 1.0:
-        found = _newton(chain, joints, load, pull, done + step)
-        if found is None:
-            step /= 2.0
-            if step < _SMALLEST:
-                raise NotConverged(f"no stable equilibrium of the arm beyond {100 * done:.1f} % of gravity and tension")
-            continue
-        joints, done = found, done + step
-        step = min(2.0 * step, 1.0 - done)
-    return joints
+    """Stable equilibrium, reached as gravity and tension grow together; errors as ``prb.statics.grown``."""
+    gravity = load.gravity
+    assert gravity is not None
 
+    def balance(joints: Array, share: float) -> tuple[Array, Array]:
+        residual, tangent = chain.balance(joints, replace(load, gravity=share * gravity))
+        if pull is None:
+            return residual, tangent
+        return residual + share * pull(joints), tangent - share * pull.slope(joints)
 
-def _newton(chain: Chain, start: Array, load: Load, pull: Pull | None, share: float) -> Array | None:
-    joints = start
-    assert load.gravity is not None
-    part = replace(load, gravity=share * load.gravity)
     scale = max(chain.scale(load), 0.0 if pull is None else pull.tension * chain.length)
-    for _ in range(_ITERATIONS):
-        residual, tangent = chain.balance(joints, part)
-        if pull is not None:
-            residual, tangent = residual + share * pull(joints), tangent - share * pull.slope(joints)
-        if np.abs(residual).max() <= _TOLERANCE * scale:
-            return joints if np.linalg.eigvalsh((tangent + tangent.T) / 2)[0] > 0.0 else None
-        try:
-            joints = joints + np.linalg.solve(tangent, residual)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.abs(joints - start).max() < 1.0:
-            return None
-    return None
+    return grown(balance, chain.slack, lambda share: scale, "gravity and tension", "arm: ")

@@ -225,25 +225,57 @@ def hang(chain: Chain, load: Load) -> Array:
 
 def _loaded(chain: Chain, joints: Array, load: Callable[[float], Load], name: str) -> Array:
     """Equilibrium under ``load(1)``, reached from that under ``load(0)``."""
+
+    def balance(at: Array, share: float) -> tuple[Array, Array]:
+        return chain.balance(at, load(share))
+
+    return grown(balance, joints, lambda share: chain.scale(load(share)), name, "static start: ")
+
+
+def grown(
+    balance: Callable[[Array, float], tuple[Array, Array]], joints: Array, scale: Callable[[float], float], name: str,
+    where: str = "",
+) -> Array:  # fmt: skip
+    """Stable equilibrium, reached as a load grows from nothing to the whole.
+
+    Parameters
+    ----------
+    balance
+        What is out of balance at joint coordinates and a share of the load (joints,), and its derivative with the
+        opposite sign (joints, joints).
+    joints
+        Equilibrium without the load.
+    scale
+        Size of the moments at a share of the load, N*m.
+    name, where
+        Of the load, and what comes before, in messages.
+
+    Raises
+    ------
+    NotConverged
+        Where the load path ends, as at a snap.
+    """
     done, step = 0.0, 1.0
     while done < 1.0:
-        found = _newton(chain, joints, load(done + step))
+        found = _newton(balance, joints, done + step, scale(done + step))
         if found is None:
             step /= 2.0
             if step < _SMALLEST_STEP:
-                raise NotConverged(f"static start: no stable equilibrium beyond {100 * done:.1f} % of {name}")
+                raise NotConverged(f"{where}no stable equilibrium beyond {100 * done:.1f} % of {name}")
             continue
         joints, done = found, done + step
         step = min(2.0 * step, 1.0 - done)
     return joints
 
 
-def _newton(chain: Chain, start: Array, load: Load) -> Array | None:
-    joints, scale = start, chain.scale(load)
+def _newton(
+    balance: Callable[[Array, float], tuple[Array, Array]], start: Array, share: float, scale: float
+) -> Array | None:
+    joints = start
     for _ in range(_ITERATIONS):
-        residual, tangent = chain.balance(joints, load)
+        residual, tangent = balance(joints, share)
         if np.abs(residual).max() <= _TOLERANCE * scale:
-            return joints if np.linalg.eigvalsh(tangent)[0] > 0.0 else None
+            return joints if np.linalg.eigvalsh((tangent + tangent.T) / 2)[0] > 0.0 else None
         try:
             joints = joints + np.linalg.solve(tangent, residual)
         except np.linalg.LinAlgError:

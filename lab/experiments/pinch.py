@@ -63,10 +63,12 @@ def closing(record: Record) -> dict[str, Scalar]:
     force, travel, gap, contact = (record[name][pinching] for name in ("force", "travel", "gap", "contact_force"))
     touching = np.flatnonzero(contact > 0)
     if not len(touching):
-        why = "the walls never touched"
+        force_words = touch_words = travel_words = "the walls never touched"
         at, first, largest = (float("nan"),) * 3
     else:
-        why, here = "first touch", int(touching[0])
+        here = int(touching[0])
+        force_words = "largest F_p up to the first touch"
+        touch_words, travel_words = "F_p at the first touch", "travel of F_p at the first touch"
         # Contact of stiff pads lets F_p jump within micrometres: what led there tells of the touch, not what follows.
         last, before = max(here - 1, 0), max(here - 2, 0)
         closed = gap[before] - gap[last]
@@ -76,7 +78,7 @@ def closing(record: Record) -> dict[str, Scalar]:
         at = float(min(travel[last] + share * (travel[last] - travel[before]), travel[here]))
         largest = max(float(force[:here].max(initial=0.0)), first)
     return {
-        "closing_force": Scalar(largest, "N", f"largest F_p up to the {why}" if why == "first touch" else why),
-        "touch_force": Scalar(first, "N", f"F_p at the {why}" if why == "first touch" else why),
-        "touch_travel": Scalar(at, "m", f"travel of F_p at the {why}" if why == "first touch" else why),
+        "closing_force": Scalar(largest, "N", force_words),
+        "touch_force": Scalar(first, "N", touch_words),
+        "touch_travel": Scalar(at, "m", travel_words),
     }

@@ -11,7 +11,7 @@ from lab.pinching import ForceLaw, pair_shares
 from lab.units import Quantity
 
 #: What goes on at an increment: channel ``stage`` holds the place in this list.
-STAGES = ("rest", "load", "pinch", "bend", "return", "release", "recover", "let go")
+STAGES = ("rest", "load", "pinch", "bend", "return", "release", "recover", "let go", "settle")
 
 
 class PinchDrive(Frozen):

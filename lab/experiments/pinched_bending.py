@@ -34,6 +34,8 @@ class PinchedBending(PinchDrive):
     bend_increments: int = Field(10, ge=2, le=1000, description="Recorded on the way there, and on the way back.")
     #: Time of the bending, and of the return.
     bend_duration: Annotated[float, Quantity("s", "s"), Field(gt=0)] = 1.0
+    #: Time that the closed tube is given to come to rest before the bending: folds still creep as the pinch ends.
+    pause: Annotated[float, Quantity("s", "s"), Field(gt=0)] = 0.25
     #: Stiffness of what pushes, in series with the tube; None: rigid.
     rig_stiffness: Annotated[float, Quantity("N/m", "N/mm"), Field(gt=0)] | None = None
 

@@ -174,6 +174,20 @@ def test_solids_pinch_as_shells_do():
     assert force[0] == pytest.approx(force[1], rel=0.07)
 
 
+def test_a_pinched_tube_comes_to_rest_before_it_is_bent():
+    experiment = PinchedBending(load=0.01, bend_increments=2, increments=8, force_limit=0.5, pause=0.1)
+    record = perform(BARE, experiment, MODEL, tube_surface(BARE, COARSE))
+    assert record.completed, record.reason
+    stage, time = record["stage"], record["time"]
+    rested = int(np.flatnonzero(stage == STAGES.index("settle"))[-1])
+    assert stage[rested + 1] == STAGES.index("bend")
+    assert time[rested] - time[stage == STAGES.index("pinch")][-1] == pytest.approx(0.1)
+    # At rest, the first load moves the block as its flexibility says.
+    moved = record["pose"][rested + 1, 1] - record["pose"][rested, 1]
+    load = record["load"][rested + 1] - record["load"][rested]
+    assert moved == pytest.approx(-load * record["flexibility"][rested, 1, 1], rel=0.02)
+
+
 @pytest.mark.slow
 def test_recovery_goes_through_all_stages():
     experiment = ShapeRecovery(load=0.2, increments=12, bend_increments=4)
