@@ -164,6 +164,8 @@ def set_up(specimen: PinchedTube, experiment: TubeExperiment, model: FeaModel, m
         return made["contact"]
 
     case.add(tendons).add(block_load).add(contact)
+    if not eighth:
+        case.add(lambda points: _outside(part, specimen, model, points))
     problem = case.problem(seconds=1.0)
     return Tube(specimen, part, problem, made["tendons"], made["load"], made["contact"], ring, eighth)
 
@@ -220,10 +222,21 @@ def _lines(part: Deformable, specimen: PinchedTube, ring: Ints, eighth: bool) ->
     return result
 
 
+def _law(part: Deformable, specimen: PinchedTube, model: FeaModel) -> ContactLaw:
+    return ContactLaw(part.material.youngs_modulus, specimen.wall, model.friction, **_CONTACT)
+
+
+def _outside(part: Deformable, specimen: PinchedTube, model: FeaModel, points: Array) -> SurfaceContact:
+    """Of the outer wall with itself: a tube folded far meets itself outside too."""
+    outside = part.surface("top" if isinstance(part, Shell) else "outside")
+    return SurfaceContact(outside, outside, points, _law(part, specimen, model))
+
+
 def _contact(
     part: Deformable, specimen: PinchedTube, model: FeaModel, points: Array, eighth: bool
 ) -> SurfaceContact | PlaneContact:
-    law = ContactLaw(part.material.youngs_modulus, specimen.wall, model.friction, **_CONTACT)
+    """Of the inner wall with itself, or with the plane half-way to its image."""
+    law = _law(part, specimen, model)
     inside = part.surface("bottom" if isinstance(part, Shell) else "inside")
     if not eighth:
         return SurfaceContact(inside, inside, points, law)
