@@ -93,7 +93,9 @@ class PrbPerformer:
         if self._batch is None:
             from prb.batch import Batch  # loads MuJoCo
 
-            self._batch = Batch(self.model.topology, time_step=self.model.time_step, threads=self.threads)
+            self._batch = Batch(
+                self.model.topology, time_step=self.model.time_step, threads=self.threads, fin=self.model.fin
+            )
         return list(self._batch(requests))
 
     def rough(self) -> Performer:

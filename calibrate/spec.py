@@ -196,6 +196,44 @@ class HingeFit(Frozen):
         return self
 
 
+class PaddlerFit(Frozen):
+    """Learn a paddling device: its fin from finite elements, its other numbers from the published thrust.
+
+    Records of ``ShapePropagation`` and ``FinPush`` give the fin's turn and its spring; nothing is searched for them.
+    ``free`` numbers are searched for the published peaks and means of thrust with and without load fin.  They are far
+    more than those few can tell, so the fit goes on to look for other sets that are as good, and says what all share.
+    """
+
+    kind: Literal["paddler"] = "paddler"
+    model: str = Field(description="PRB performer with the topology paddler.")
+    specimen: str = Field("", description="The FinnedTube whose thrust is followed; its load fin is put on and off.")
+    data: list[DataSpec] = Field(default_factory=list)
+    free: dict[str, Bounds | None] = Field(default_factory=dict)
+    follows: Literal["lab", "model"] = Field("lab", description="Thrust of the experiment, or of the published model.")
+    buckles: bool = Field(
+        False, description="Ask also for what the text says: the load fin makes the fin buckle in recovery, else not."
+    )
+    mean_weight: float = Field(1.0, gt=0, le=100, description="How many times a mean's misfit counts beside a peak's.")
+    sets: int = Field(24, ge=0, le=10_000, description="Further searches, from as many places, for sets as good.")
+    tolerance: float = Field(0.05, gt=0, description="Rms misfit over the largest thrust up to which a set is as good.")
+    search: Search = Search(population=6, generations=30)
+
+    _bounds_have_units = field_validator("free", mode="before")(_with_units)
+
+    @model_validator(mode="after")
+    def _has_something_to_do(self) -> Self:
+        if not self.free and not any(item.used for item in self.data):
+            raise ValueError("nothing to fit: name records under data.N.used, or free numbers")
+        if self.free and not self.specimen:
+            raise ValueError("specimen: name the FinnedTube whose thrust the free numbers are searched for")
+        for number, item in enumerate(self.data):
+            given = {"quantities": item.quantities, "window": item.window, "nuisances": item.nuisances}
+            for name, value in given.items():
+                if value:
+                    raise ValueError(f"data.{number}.{name}: a paddler fit has no use for it")
+        return self
+
+
 class ModulusFit(Frozen):
     """Fit the FEA's Young's modulus to rows of a measured stiffness table."""
 

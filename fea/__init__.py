@@ -57,8 +57,11 @@ PERFORMERS = {
     "Pinch": "fea.pinched",
     "PinchedBending": "fea.pinched",
     "ShapeRecovery": "fea.pinched",
+    "ShapePropagation": "fea.finned",
+    "FinPush": "fea.finned",
 }
-_OF_TUBES = {kind for kind, module in PERFORMERS.items() if module == "fea.pinched"}
+#: What a module performs with, where that is no beam.
+_SPECIMENS = {"fea.pinched": "PinchedTube", "fea.finned": "FinnedTube"}
 
 #: Public names to their modules: numba and scikit-fem load only when there is work for them.
 _PUBLIC = {
@@ -102,7 +105,7 @@ def perform(specimen: Specimen, experiment: Experiment, model: FeaModel, mesh: A
     module, why = PERFORMERS.get(experiment.kind), ""
     if module is None:
         why = f"no finite-element performer for {experiment.kind}; there are {', '.join(PERFORMERS)}"
-    elif (specimen.kind == "PinchedTube") != (experiment.kind in _OF_TUBES):
+    elif specimen.kind != _SPECIMENS.get(module, "TwistedBeam"):
         why = f"{experiment.kind} is not for a {specimen.kind} by finite elements"
     if module is None or why:
         return Record(

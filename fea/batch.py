@@ -10,11 +10,13 @@ import fea
 from fea.model import FeaModel, MaterialChange
 from lab.experiments import Experiment
 from lab.requests import Request, Response
-from lab.specimens import PinchedTube, Specimen
+from lab.specimens import FinnedTube, PinchedTube, Specimen
 from meshes.options import MeshOptions
 
 if TYPE_CHECKING:
     from fea.setting_up import Mesh
+    from meshes.finned_tube import FinnedPart
+    from meshes.tube import Part
 
 #: Channels of the record that a fit sees.
 _SENSED = {
@@ -25,6 +27,8 @@ _SENSED = {
     "Pinch": ("stage", "travel", "force", "contact_force", "pose", "section", "flexibility"),
     "PinchedBending": ("stage", "travel", "force", "load", "pushed", "pose"),
     "ShapeRecovery": ("stage", "force", "load", "pushed", "pose", "section"),
+    "ShapePropagation": ("travel", "force", "pressure", "p", "fin_radius", "fin_angle", "section", "energy"),
+    "FinPush": ("stage", "travel", "push", "force", "p", "tip", "contact", "fin_radius", "fin_angle"),
 }
 
 #: Outcome of one run: the response, and why there is none.
@@ -66,8 +70,8 @@ class Batch:
         responses
             ``RingDown`` and ``BaseShake``: ``time`` (samples,), ``markers`` (samples, markers, 3).
             ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  ``NaturalModes``: ``frequency``
-            (modes,), ``tip`` (modes, 6).  Pinched tubes: some of the channels of ``lab.experiments.Pinch``.  None where
-            the run did not complete: see ``failures``.
+            (modes,), ``tip`` (modes, 6).  Tubes: some of the channels of their experiments.  None where the run did not
+            complete: see ``failures``.
 
         Raises
         ------
@@ -102,9 +106,10 @@ class Batch:
         if shell:
             # The middle surface of a beam does not depend on it, so that fits of the thickness share one.
             geometry.pop("thickness", None)
-        key = (specimen.kind, *geometry.items(), options)
+        part = self.model.part_for(experiment)
+        key = (specimen.kind, repr(geometry), options, part)
         if key not in self._meshes:
-            self._meshes[key] = _made(specimen, options, shell)
+            self._meshes[key] = _made(specimen, options, shell, part)
         return self._meshes[key]
 
     def _processes(self) -> ProcessPoolExecutor:
@@ -116,10 +121,15 @@ class Batch:
         return self._pool
 
 
-def _made(specimen: Specimen, options: MeshOptions, shell: bool) -> "Mesh":
+def _made(specimen: Specimen, options: MeshOptions, shell: bool, part: "Part | FinnedPart") -> "Mesh":
     from meshes.block import beam_mesh, beam_surface
+    from meshes.finned_tube import PARTS, finned_surface
     from meshes.tube import tube_solid, tube_surface
 
+    if isinstance(specimen, FinnedTube):
+        if not shell or part not in PARTS:
+            raise ValueError("a tube with fins is solved as a shell: choose element 'shell'")
+        return finned_surface(specimen, options, part)
     if isinstance(specimen, PinchedTube):
         return tube_surface(specimen, options) if shell else tube_solid(specimen, options)
     return beam_surface(specimen, options) if shell else beam_mesh(specimen, options)

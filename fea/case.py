@@ -26,6 +26,8 @@ Where = str | Callable[[Array], NDArray[np.bool_]] | Ints | Sequence[float]
 Ramp = Callable[[float], float]
 _AXES = {"x": 0, "y": 1, "z": 2}
 _POSE = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
+#: Weight of a node in a tie that is rounding.
+_NOTHING = 1e-9
 
 
 def proportional(t: float) -> float:
@@ -265,8 +267,9 @@ class Case:
         return rigid
 
     def tie(
-        self, where: Where, surface: str, part: Part | None = None, to: Part | None = None, reach: float | None = None
-    ) -> "Case":
+        self, where: Where, surface: str | Surface, part: Part | None = None, to: Part | None = None,
+        reach: float | None = None,
+    ) -> "Case":  # fmt: skip
         """Glue nodes to the nearest points of a surface.
 
         Both layers of a shell's edge that are tied carry moments over.
@@ -276,19 +279,25 @@ class Case:
         where, part
             Nodes to glue.
         surface, to
-            Name of the surface, and whose it is.
+            Name of the surface, and whose it is; or some of its facets, in the case's node numbers.
         reach
             Farthest that a node may lie from it, m; default: 1 % of the surface's longest facet.  A gap does
             not turn with the surface.
         """
-        nodes, target = self.select(where, part), self._surface(surface, to)
+        nodes, target = (
+            self.select(where, part),
+            surface if isinstance(surface, Surface) else self._surface(surface, to),
+        )
         nodes = np.setdiff1d(nodes, target.nodes)
         if reach is None:
             reach = 0.01 * float(np.ptp(self.points[target.facets], axis=1).max())
         facets, weights = closest_points(target, self.points, self.points[nodes], reach)
+        by = f"tie({_words(where)}, {surface!r})" if isinstance(surface, str) else f"tie({_words(where)}, facets)"
         for node, facet, share in zip(nodes, facets, weights, strict=True):
+            # Nodes on nodes of the surface follow them alone, not the rest of the facet too.
+            kept = np.abs(share) > _NOTHING
             for axis in range(3):
-                self._ties.append((3 * node + axis, 3 * facet + axis, share, f"tie({_words(where)}, {surface!r})"))
+                self._ties.append((3 * node + axis, 3 * facet[kept] + axis, share[kept], by))
         return self
 
     def spring(self, where: Where, stiffness: Sequence[float], part: Part | None = None) -> "Case":

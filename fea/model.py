@@ -4,15 +4,18 @@ from typing import Annotated, Literal, Self, TypeVar, cast
 
 from pydantic import Field, model_validator
 
-from lab.experiments import Experiment, Pinch, PinchedBending, ShapeRecovery
+from lab.experiments import Experiment, FinPush, Pinch, PinchedBending, ShapeRecovery
+from lab.experiments.fin_drive import FinDrive
 from lab.fields import with_numbers
 from lab.materials import Frozen, Law
-from lab.specimens import PinchedTube, TwistedBeam
+from lab.specimens import FinnedTube, PinchedTube, TwistedBeam
 from lab.units import Quantity
+from meshes.finned_tube import FinnedPart
 from meshes.making import Element
 from meshes.options import MeshOptions
+from meshes.tube import Part
 
-AnySpecimen = TypeVar("AnySpecimen", bound=TwistedBeam | PinchedTube)
+AnySpecimen = TypeVar("AnySpecimen", bound=TwistedBeam | PinchedTube | FinnedTube)
 
 #: Meshes of held and of moving specimens by element, for what a study leaves open.  Experiments in motion
 #: get coarser ones: deflections and frequencies of a free beam feel the singular edges of the clamp less
@@ -22,12 +25,14 @@ DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
         "mesh": MeshOptions(),
         "motion_mesh": MeshOptions(along=12, across=4, through=1),
         "tube_mesh": MeshOptions(along=24, across=8, through=1, grading_along=0.5),
+        "fin_mesh": MeshOptions(along=16, across=10, through=1, grading_along=0.0),
     },
     # Elements smaller than the shell is thick resolve nothing at the clamps: evener than solids.
     "shell": {
         "mesh": MeshOptions(along=12, across=4, through=1, grading_along=0.5, grading_across=0.0),
         "motion_mesh": MeshOptions(along=8, across=4, through=1, grading_along=0.7, grading_across=0.0),
         "tube_mesh": MeshOptions(along=24, across=8, through=1, grading_along=0.5),
+        "fin_mesh": MeshOptions(along=16, across=10, through=1, grading_along=0.0),
     },
 }
 
@@ -58,6 +63,14 @@ class FeaModel(Frozen):
     tube_mesh: MeshOptions = Field(
         DEFAULT_MESHES["solid"]["tube_mesh"], description="Of pinched tubes: across counts from one pad to the next."
     )
+    #: Mesh of tubes with fins: elements along the tube, and over a quarter of its circumference.
+    fin_mesh: MeshOptions = Field(
+        DEFAULT_MESHES["solid"]["fin_mesh"], description="Of tubes with fins: across counts over a quarter around."
+    )
+    #: Part of a tube with fins that is solved; the rest are its mirror images.
+    fin_part: FinnedPart | None = Field(
+        None, description="Tubes with fins; left out: a quarter, and half (y >= 0) where one fin alone is pushed."
+    )
     material: MaterialChange = MaterialChange()
     #: Replaces the specimen's; meshes of solids must be made with it (those of shells do not depend on it).
     thickness: Annotated[float, Quantity("m", "mm"), Field(gt=0)] | None = None
@@ -78,7 +91,11 @@ class FeaModel(Frozen):
         1e-3,
         ge=0,
         le=0.1,
-        description="Pinched tubes: least viscous time of the material over the duration of the shortest stage.",
+        description="Tubes: least viscous time of the material over the duration of the shortest stage.",
+    )
+    #: Bellows bulge instead of stretching: the truth lies between both ends.
+    chamber_tops: float = Field(
+        1.0, ge=0, le=1, description="Pressurised chambers: share of their tops' stiffness around, 1 taut, 0 bulging."
     )
     friction: float = Field(0.0, ge=0, le=2, description="Pinched tubes: Coulomb friction of the inner wall on itself.")
     #: A finer model that plays the lab, with known truth, is labelled so.
@@ -100,7 +117,15 @@ class FeaModel(Frozen):
         """Mesh options for an experiment."""
         if isinstance(experiment, Pinch | PinchedBending | ShapeRecovery):
             return self.tube_mesh
+        if isinstance(experiment, FinDrive):
+            return self.fin_mesh
         return self.motion_mesh if experiment.in_motion else self.mesh
+
+    def part_for(self, experiment: Experiment) -> Part | FinnedPart:
+        """What of the specimen is meshed for an experiment."""
+        if not isinstance(experiment, FinDrive):
+            return "whole"
+        return self.fin_part or ("half" if isinstance(experiment, FinPush) else "quarter")
 
     def applied_to(self, specimen: AnySpecimen) -> AnySpecimen:
         """The specimen with this performer's material figures and thickness.
@@ -110,9 +135,10 @@ class FeaModel(Frozen):
         ValueError
             When the thickness exceeds the specimen's width, or the specimen is a tube, which has a wall.
         """
-        walled = specimen.kind == "PinchedTube"
-        if self.thickness is not None and walled:
-            raise ValueError("thickness belongs to twisted beams: change the wall of a PinchedTube in the specimen")
+        if self.thickness is not None and specimen.kind != "TwistedBeam":
+            raise ValueError(
+                f"thickness belongs to twisted beams: change the wall of a {specimen.kind} in the specimen"
+            )
         change = self.material.model_dump(exclude_none=True)
         changed = specimen.model_copy(update={"material": specimen.material.model_copy(update=change)})
         if self.thickness is not None:

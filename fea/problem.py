@@ -172,6 +172,11 @@ class Problem:
         self._rows = np.zeros(0, dtype=np.int64)
         self._reduce_anew()
 
+    def pass_time(self, y: Array, t: float, seconds: float) -> None:
+        """From ``y`` at ``t`` on, where all has been still for ever, ``seconds`` s go by while t grows by 1."""
+        x, self.seconds, self._accepted_at = self.displacement(y, t), seconds, t
+        self._histories = [ViscousHistory.begin(p.material, p.strains(x[place])) for p, place in self._placed]
+
     @property
     def _placed(self) -> list[tuple[Part, slice]]:
         return list(zip(self.parts, self.places, strict=True))

@@ -19,7 +19,7 @@ from lab.units import WRITTEN_BY_HAND, Quantity
 
 LEDGER = DATA / "ledger.yaml"
 #: What will bring the answers that are not there yet.
-Coming = Literal["calibration", "contact and walking", "tube with fins"]
+Coming = Literal["calibration", "contact and walking"]
 #: Kind of a model: its origin, and whether it was fitted to anything.
 Role = Literal["lab", "virtual-lab", "fea", "fea fitted", "prb", "prb fitted"]
 #: Words by which the notes of the published figures mark what contradicts itself.
@@ -92,6 +92,7 @@ class Input(_Judgement):
     #: ``KIND.FIELD`` of a specimen or an experiment, ``material:NAME.FIELD``, or ``size:NAME.FIELD`` of a tube.
     field: str = ""
     both_senses: bool = Field(False, description="The field is one sense of a published pair.")
+    from_nought: bool = Field(False, description="The field is the upper end of a published range that starts at 0.")
 
 
 class ClosedForm(_Judgement):
@@ -165,9 +166,25 @@ class Tube(_Judgement):
     beside: dict[str, str] = Field(default_factory=dict, description="Formulas to show beside, by what to call them.")
 
 
+class Fin(_Judgement):
+    """What a tube with fins of table 4.1 does, as a rule over a study's pinches, fin pushes and strokes."""
+
+    judge: Literal["fin"] = "fin"
+    rule: Literal[
+        "alpha-effect", "theta-effect", "run-time", "limit-opposite", "limit-equal", "thrust-max-without",
+        "thrust-min-without", "thrust-mean-without", "thrust-max-with", "thrust-min-with", "thrust-mean-with",
+        "tip-power-without", "tip-recovery-without", "tip-power-with", "tip-recovery-with", "swim-speed",
+    ]  # fmt: skip
+    sizes: tuple[Literal["table-4-1"], ...] = ("table-4-1",)
+    role: tuple[Role, ...]
+    tolerance: Tolerance
+    beside: dict[str, str] = Field(default_factory=dict, description="Formulas to show beside, by what to call them.")
+
+
 Judgement = Annotated[
-    Cannot | NotYet | Input | ClosedForm | InTable | Measured | Orbit | Observed | Tube, Field(discriminator="judge")
-]  # fmt: skip
+    Cannot | NotYet | Input | ClosedForm | InTable | Measured | Orbit | Observed | Tube | Fin,
+    Field(discriminator="judge"),
+]
 
 
 class Contradiction(Frozen):

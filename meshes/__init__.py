@@ -11,6 +11,7 @@ from meshes.options import MeshOptions
 if TYPE_CHECKING:
     from meshes.cad import mesh_cad as mesh_cad
     from meshes.cad import write_cad as write_cad
+    from meshes.finned_tube import finned_surface as finned_surface
     from meshes.gathering import MeshError as MeshError
     from meshes.joining import joined as joined
     from meshes.making import Element as Element
@@ -29,7 +30,7 @@ _PUBLIC = {
     "MeshError": "gathering", "joined": "joining", "Element": "making", "make_mesh": "making",
     "quality_path": "making", "from_meshio": "reading", "read_mesh": "reading", "solid_mesh": "structured",
     "surface_mesh": "structured", "thickened": "structured", "mesh_cad": "cad", "write_cad": "cad",
-    "tube_solid": "tube", "tube_surface": "tube",
+    "tube_solid": "tube", "tube_surface": "tube", "finned_surface": "finned_tube",
 }  # fmt: skip
 
 __all__ = ["MeshOptions", *_PUBLIC]  # noqa: PLE0604

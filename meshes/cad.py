@@ -1,14 +1,15 @@
 """Specimens as CAD solids: STEP and STL, and meshes of tetrahedra of what those describe."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lab.specimens import PinchedTube, Specimen, TwistedBeam
+from lab.specimens import FinnedTube, PinchedTube, Specimen, TwistedBeam
+from meshes.finned_cad import CAD_PARTS, face_names, finned_cad
 from meshes.gathering import MeshError
 from meshes.gmsh_session import appearing, gmsh_session
 from meshes.tube_cad import MM, fillet_radius, tube_solid_cad
@@ -21,10 +22,11 @@ _EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))
 _POOR = 0.05
 
 
-def write_cad(specimen: Specimen, path: Path, deviation: float = 5e-5) -> dict[str, float]:
+def write_cad(specimen: Specimen, path: Path, deviation: float = 5e-5, part: str = "whole") -> dict[str, float]:
     """Write the solid as STEP or STL, by the suffix of ``path``; both in mm.
 
-    A tube has its end blocks, and pads with fillets; a beam its twist, without what its tip carries.
+    A tube has its end blocks, and pads with fillets; a beam its twist, without what its tip carries; a tube with fins
+    its hollow chambers, without load fins.
 
     Parameters
     ----------
@@ -34,6 +36,8 @@ def write_cad(specimen: Specimen, path: Path, deviation: float = 5e-5) -> dict[s
         ``.step``, ``.stp`` or ``.stl``; it appears whole or not at all.
     deviation
         Of an STL's triangles from the curved surface, about, m.
+    part
+        Of a tube with fins: whole, bare (without chambers), or its pneumatic actuator alone.
 
     Returns
     -------
@@ -43,12 +47,18 @@ def write_cad(specimen: Specimen, path: Path, deviation: float = 5e-5) -> dict[s
     Raises
     ------
     MeshError
-        An unknown suffix, or pads that the CAD kernel cannot give fillets.
+        An unknown suffix, a part that the specimen does not have, or what the CAD kernel cannot make.
     """
+    if part not in CAD_PARTS:
+        raise MeshError(f"part {part!r}: there is {', '.join(CAD_PARTS)}")
+    if part != "whole" and not isinstance(specimen, FinnedTube):
+        raise MeshError(f"part {part!r}: only a FinnedTube has it; a {specimen.kind} has the whole")
+    if part == "actuator" and isinstance(specimen, FinnedTube) and not specimen.chambers.number:
+        raise MeshError("part 'actuator': this tube has no chambers")
     if path.suffix.lower() not in _SUFFIXES:
         raise MeshError(f"CAD file {path.name!r}: the suffix must be one of {', '.join(_SUFFIXES)}")
     with appearing(path) as temporary, gmsh_session() as gmsh:
-        figures = {"volume": _solid(gmsh, specimen, blocks=True)}
+        figures = {"volume": _solid(gmsh, specimen, lambda: _whole(gmsh, specimen, part))}
         if path.suffix.lower() == ".stl":
             _triangles(gmsh, specimen, MM * deviation)
             figures["triangles"] = len(gmsh.model.mesh.getElementsByType(2)[0])
@@ -57,10 +67,14 @@ def write_cad(specimen: Specimen, path: Path, deviation: float = 5e-5) -> dict[s
     return figures
 
 
-def mesh_cad(specimen: PinchedTube, path: Path, size: float) -> dict[str, float]:
-    """Mesh the CAD solid of a tube's wall, pads with real fillets, with 10-node tetrahedra as gmsh MSH 4.1, m.
+def mesh_cad(
+    specimen: PinchedTube | FinnedTube, path: Path, size: float, quarter: bool = False
+) -> dict[str, float]:  # fmt: skip
+    """Mesh the CAD solid of a tube with 10-node tetrahedra as gmsh MSH 4.1, m, to check structured meshes by.
 
-    To check structured meshes by.  Boundaries are ``root``, ``tip``, ``inside`` and ``outside``.
+    Of a pinched tube: the wall between the blocks, pads with real fillets; boundaries ``root``, ``tip``, ``inside``,
+    ``outside``.  Of a tube with fins: without chambers; boundaries ``lower end``, ``upper end``, ``inside``,
+    ``outside``, ``fin`` (the fins' faces and edges), ``tip``, and of its quarter ``crest`` (x = 0), ``side`` (y = 0).
 
     Parameters
     ----------
@@ -69,7 +83,9 @@ def mesh_cad(specimen: PinchedTube, path: Path, size: float) -> dict[str, float]
     path
         File to write, suffix ``.msh``.
     size
-        Length of edges, m; smaller at the fillets.
+        Length of edges, m; smaller at fillets.
+    quarter
+        Of a tube with fins: what the mirrors x = 0 and y = 0 leave.
 
     Returns
     -------
@@ -77,10 +93,22 @@ def mesh_cad(specimen: PinchedTube, path: Path, size: float) -> dict[str, float]
         ``elements``, ``nodes``, ``min_sicn`` as of ``make_mesh``, ``volume`` of the solid, m^3, and how many
         tetrahedra are ``straightened`` because they folded on the curved faces.
     """
+    finned = isinstance(specimen, FinnedTube)
+    if quarter and not finned:
+        raise MeshError("a quarter is of a tube with fins")
     with appearing(path) as temporary, gmsh_session() as gmsh:
-        figures = {"volume": _solid(gmsh, specimen, blocks=False)}
-        _name_faces(gmsh, specimen)
-        _sizes(gmsh, MM * size, MM * min(size, specimen.pad_height or size) / 2, around=24)
+        if isinstance(specimen, FinnedTube):
+            bare, least = specimen, size
+            figures = {"volume": _solid(gmsh, bare, lambda: finned_cad(gmsh, bare, "bare", quarter))}
+            groups = face_names(gmsh, specimen)
+        else:
+            wall, least = specimen, min(size, specimen.pad_height or size)
+            figures = {"volume": _solid(gmsh, wall, lambda: tube_solid_cad(gmsh, wall, blocks=False))}
+            groups = _face_names(gmsh, specimen)
+        for name, faces in groups.items():
+            gmsh.model.addPhysicalGroup(2, faces, name=name)
+        gmsh.model.addPhysicalGroup(3, [tag for _, tag in gmsh.model.getEntities(3)], name="body")
+        _sizes(gmsh, MM * size, MM * least / 2, around=24)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
         figures |= {"straightened": _unfold(gmsh)}
@@ -92,13 +120,19 @@ def mesh_cad(specimen: PinchedTube, path: Path, size: float) -> dict[str, float]
     return figures
 
 
-def _solid(gmsh: Any, specimen: Specimen, blocks: bool) -> float:
+def _whole(gmsh: Any, specimen: Specimen, part: str) -> None:
+    if isinstance(specimen, PinchedTube):
+        tube_solid_cad(gmsh, specimen, blocks=True)
+    elif isinstance(specimen, FinnedTube):
+        finned_cad(gmsh, specimen, part)
+    else:
+        _beam(gmsh, specimen)
+
+
+def _solid(gmsh: Any, specimen: Specimen, make: Callable[[], None]) -> float:
     """One solid in gmsh's model, mm; its volume, m^3."""
     try:
-        if isinstance(specimen, PinchedTube):
-            tube_solid_cad(gmsh, specimen, blocks)
-        else:
-            _beam(gmsh, specimen)
+        make()
     except Exception as error:  # gmsh raises nothing narrower
         raise MeshError(f"the CAD kernel cannot make this {specimen.kind}: {error}") from error
     solids = gmsh.model.getEntities(3)
@@ -130,6 +164,8 @@ def _beam(gmsh: Any, specimen: TwistedBeam) -> None:
 def _triangles(gmsh: Any, specimen: Specimen, deviation: float) -> None:
     if isinstance(specimen, PinchedTube):
         large, small = MM * specimen.radius, fillet_radius(specimen) or MM * specimen.radius
+    elif isinstance(specimen, FinnedTube):
+        large = small = MM * specimen.radius
     else:
         large = small = MM * specimen.width / 2
     # A chord s lies s^2 / (8 r) off an arc of radius r.
@@ -140,6 +176,8 @@ def _triangles(gmsh: Any, specimen: Specimen, deviation: float) -> None:
     gmsh.option.setNumber("Mesh.Algorithm", 5)
     gmsh.option.setNumber("Mesh.Binary", 1)
     gmsh.model.mesh.generate(2)
+    # Faces of hollows look into them.
+    gmsh.model.mesh.setOutwardOrientation(gmsh.model.getEntities(3)[0][1])
 
 
 def _sizes(gmsh: Any, longest: float, shortest: float, around: int) -> None:
@@ -165,7 +203,7 @@ def _unfold(gmsh: Any) -> int:
     return int(treated.sum())
 
 
-def _name_faces(gmsh: Any, specimen: PinchedTube) -> None:
+def _face_names(gmsh: Any, specimen: PinchedTube) -> dict[str, list[int]]:
     groups: dict[str, list[int]] = {"root": [], "tip": [], "inside": [], "outside": []}
     length, near = MM * specimen.length, 1e-3 * MM * specimen.wall
     for _, tag in gmsh.model.getEntities(2):
@@ -176,9 +214,7 @@ def _name_faces(gmsh: Any, specimen: PinchedTube) -> None:
             groups["root" if abs(z) < near else "tip"].append(tag)
         else:
             groups["outside" if abs(np.hypot(x, y) - MM * specimen.radius) < near else "inside"].append(tag)
-    for name, tags in groups.items():
-        gmsh.model.addPhysicalGroup(2, tags, name=name)
-    gmsh.model.addPhysicalGroup(3, [tag for _, tag in gmsh.model.getEntities(3)], name="body")
+    return groups
 
 
 @contextmanager

@@ -12,7 +12,8 @@ class MeshOptions(Frozen):
     stiffness converges.  With these defaults K' is within 1 % of the mesh refined once.
 
     On a tube ``across`` counts from one pad to the next around, at least 5, and elements there are even;
-    ``grading_along`` crowds to the blocks and to the pads.
+    ``grading_along`` crowds to the blocks and to the pads.  On a tube with fins ``across`` counts over a quarter of the
+    circumference, at least 4, ``along`` at least 6, and ``grading_along`` crowds to the creases.
     """
 
     along: int = Field(16, ge=1, le=400)

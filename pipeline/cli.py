@@ -90,6 +90,9 @@ def _parser() -> argparse.ArgumentParser:
     draw.add_argument("study", type=Path)
     draw.add_argument("specimen", nargs="?", default="", help="specimen of the study (default: its only one)")
     draw.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE", help="change of the specimen")
+    draw.add_argument(
+        "--part", default="whole", help="of a tube with fins: whole (default), bare of chambers, or actuator alone"
+    )
     draw.add_argument("-o", "--output", type=Path, default=Path("specimen.step"), help="file to write: .step or .stl")
     measure = add("bench", _bench, "run benchmarks and write runs/bench/benchmarks.csv", "tube_pinch")
     measure.add_argument("names", nargs="*", metavar="NAME", help="benchmarks (default: all)")
@@ -161,7 +164,7 @@ def _model(options: argparse.Namespace) -> int:
 def _cad(options: argparse.Namespace) -> int:
     from pipeline.stages.cad import cad
 
-    print(cad(load_study(options.study), options.specimen, options.set, options.output))
+    print(cad(load_study(options.study), options.specimen, options.set, options.output, options.part))
     return OK
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 
 from pydantic import TypeAdapter
 
-from calibrate.spec import Fit, HingeFit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
+from calibrate.spec import Fit, HingeFit, ModulusFit, PaddlerFit, ParametricFit, ReadingsFit, SelectionFit
 from lab.experiments import Experiment
 from lab.fields import changed, shown
 from lab.materials import Frozen
@@ -25,6 +25,7 @@ from pipeline.study import SINGLE, FeaPerformer, LabPerformer, Performer, Study,
 from pipeline.suiting import check_sample
 from pipeline.sweep import Value, points
 from results.accuracy import Seen
+from results.paddling import PUBLISHED, THRUST
 
 Stage = Literal["mesh", "lab", "fea", "prb", "fit"]
 #: Where outputs go, from the project's root; SCRAM_RUNS names another place, as a cluster's scratch disk.
@@ -43,8 +44,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "prb": (*_BENCH, "prb", *_SENSED, "results.store", "pipeline.stages.perform"),
     "fit": (
         *_BENCH, "lab.published", "prb", "calibrate", "results.store", "pipeline.stages.fit",
-        "pipeline.stages.fit_hinge", "pipeline.stages.fit_parametric", "pipeline.stages.fit_readings",
-        "pipeline.stages.fit_selection",
+        "pipeline.stages.fit_hinge", "pipeline.stages.fit_paddler", "pipeline.stages.fit_parametric",
+        "pipeline.stages.fit_readings", "pipeline.stages.fit_selection",
     ),
 }  # fmt: skip
 #: What the tables, figures and the report depend on.
@@ -270,11 +271,13 @@ class Plan:
         specimen, options = sample.model.applied_to(sample.specimen), sample.model.mesh_for(sample.experiment)
         element = sample.model.element
         counts = [options.along, options.across, *([options.through] if element == "solid" else [])]
-        params = {
+        params: dict[str, Any] = {
             "specimen": {"kind": specimen.kind, **specimen.geometry()},
             "element": element,
             "mesh": options.model_dump(exclude=set() if element == "solid" else {"through"}),
         }
+        if (part := sample.model.part_for(sample.experiment)) != "whole":
+            params["part"] = part
         id = f"{sample.specimen_name}_{element}_{'x'.join(map(str, counts))}_{digest(params)[:8]}"
         return Job("mesh", id, (), str(self.folder / "meshes" / f"{id}.msh"), self._sourced("mesh", params))
 
@@ -305,7 +308,9 @@ class Plan:
             records += [self.fit_output(other) for other in fit.fits]
             models = [self.following(other).model for other in fit.fits]
             params["performers"] = [self.study.performers[model].model_dump(mode="json") for model in models]
-        elif isinstance(fit, Fit | ParametricFit | HingeFit):
+        elif isinstance(fit, Fit | ParametricFit | HingeFit | PaddlerFit):
+            if isinstance(fit, PaddlerFit) and fit.specimen:
+                params["specimen"] = self.study.specimens[fit.specimen].model_dump(mode="json")
             params["performer"] = self.study.performers[fit.model].model_dump(mode="json")
             tables = [item.reference for item in fit.data if item.reference in self.study.lab]
             params["lab"] = [self.study.lab[table].model_dump(mode="json") for table in tables]
@@ -329,10 +334,10 @@ class Plan:
             return [sample for campaign in campaigns for sample in self.of_campaign(campaign, fit.model)]
         return [datum.sample for datum in self.data(name) if datum.row is None]
 
-    def following(self, name: str) -> Fit | ParametricFit | HingeFit:
+    def following(self, name: str) -> Fit | ParametricFit | HingeFit | PaddlerFit:
         """A fit that follows records; TypeError for one of another kind."""
         fit = self.study.fits[name]
-        if not isinstance(fit, Fit | ParametricFit | HingeFit):
+        if not isinstance(fit, Fit | ParametricFit | HingeFit | PaddlerFit):
             raise TypeError(f"fit {name} of kind {fit.kind} follows no records")
         return fit
 
@@ -372,6 +377,8 @@ class Plan:
         if isinstance(fit, ModulusFit | ReadingsFit):
             return frozenset((s.campaign, fit.reference, s.slug) for s in self.fit_samples(name))
         found: set[Seen] = set()
+        if isinstance(fit, PaddlerFit) and fit.free:
+            found.add((PUBLISHED, fit.follows, THRUST))
         for datum in self.data(name):
             item = fit.data[datum.item]
             if datum.used:

@@ -12,13 +12,13 @@ import yaml
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from calibrate.performers import free_coordinates, performer_of
-from calibrate.spec import Fit, HingeFit, ModulusFit, ParametricFit, ReadingsFit, SelectionFit
+from calibrate.spec import Fit, HingeFit, ModulusFit, PaddlerFit, ParametricFit, ReadingsFit, SelectionFit
 from fea.model import FeaModel
 from lab.experiments import Experiment
 from lab.materials import Frozen
 from lab.published import PREFIX, locate
 from lab.recordings import LabModel
-from lab.specimens import Specimen, TwistedBeam
+from lab.specimens import FinnedTube, Specimen, TwistedBeam
 from lab.units import WRITTEN_BY_HAND, to_si
 from pipeline.suiting import misfit
 from pipeline.sweep import Grid
@@ -65,7 +65,7 @@ class LabPerformer(LabModel):
 
 Performer = Annotated[FeaPerformer | PrbPerformer | LabPerformer, Field(discriminator="kind")]
 AnyFit = Annotated[
-    Fit | ModulusFit | ReadingsFit | SelectionFit | ParametricFit | HingeFit, Field(discriminator="kind")
+    Fit | ModulusFit | ReadingsFit | SelectionFit | ParametricFit | HingeFit | PaddlerFit, Field(discriminator="kind")
 ]
 
 
@@ -182,16 +182,31 @@ class Study(Frozen):
             return
         for number, item in enumerate(fit.data):
             yield from _missing(f"fits.{name}.data.{number}.campaign", [item.campaign], self.campaigns)
-            known = self.performers if isinstance(fit, HingeFit) else {**self.performers, **self.lab}
+            known = self.performers if isinstance(fit, HingeFit | PaddlerFit) else {**self.performers, **self.lab}
             yield from _missing(f"fits.{name}.data.{number}.reference", [item.reference], known)
         model = self.performers.get(fit.model)
         if isinstance(model, LabPerformer):
             yield f"fits.{name}.model: {fit.model!r} is the lab, which has nothing to fit"
-        elif isinstance(fit, HingeFit):
+        elif isinstance(fit, HingeFit | PaddlerFit):
             if isinstance(model, FeaPerformer):
-                yield f"fits.{name}.model: {fit.model!r} is FEA; a hinge is fitted for a PRB model"
+                yield f"fits.{name}.model: {fit.model!r} is FEA; a {fit.kind} is fitted for a PRB model"
+            elif isinstance(fit, PaddlerFit) and model is not None:
+                yield from self._paddler_faults(name, fit, model)
         elif model is not None:
             yield from self._free_faults(name, fit, model)
+
+    def _paddler_faults(self, name: str, fit: PaddlerFit, model: Any) -> Iterator[str]:
+        if not fit.specimen:
+            return
+        yield from _missing(f"fits.{name}.specimen", [fit.specimen], self.specimens)
+        device = self.specimens.get(fit.specimen)
+        if device is not None and not isinstance(device, FinnedTube):
+            yield f"fits.{name}.specimen: {fit.specimen!r} is a {device.kind}; the thrust is that of a FinnedTube"
+        elif device is not None and fit.free:
+            try:
+                free_coordinates(performer_of(model), [device], fit.free)
+            except ValueError as error:
+                yield f"fits.{name}.free: {error}"
 
     def _free_faults(self, name: str, fit: Any, model: Any) -> Iterator[str]:
         campaigns = [self.campaigns[item.campaign] for item in fit.data if item.campaign in self.campaigns]

@@ -9,12 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from lab.experiments import RingDown, StaticStiffness
+from lab.experiments import PaddleThrust, RingDown, StaticStiffness
 from lab.requests import Request, Response
 from prb.experiments.base_shake import unsteady
 from prb.experiments.natural_modes import LOOSE, tip_of
 from prb.experiments.ring_down import load_of
 from prb.experiments.static_stiffness import held_tip
+from prb.fin_curves import FinCurves
 from prb.mechanism import Mechanism, Vector
 from prb.model import TIME_STEP
 from prb.mujoco_model import compile_mechanism, write_mechanism
@@ -56,6 +57,8 @@ class Batch:
         Longest step of the simulator, s.
     threads
         Threads that share the runs; they do not change the result.
+    fin
+        Learned curves of a paddling device.
 
     Attributes
     ----------
@@ -63,8 +66,10 @@ class Batch:
         Why requests of the last call have no response, by their place.
     """
 
-    def __init__(self, topology: Topology, *, time_step: float = TIME_STEP, threads: int = 1) -> None:
-        self.topology, self.time_step, self.threads = topology, time_step, threads
+    def __init__(
+        self, topology: Topology, *, time_step: float = TIME_STEP, threads: int = 1, fin: FinCurves | None = None
+    ) -> None:
+        self.topology, self.time_step, self.threads, self.fin = topology, time_step, threads, fin
         self.failures: dict[int, str] = {}
         self._pools: dict[Hashable, _Pool] = {}
 
@@ -76,10 +81,15 @@ class Batch:
         responses
             ``RingDown`` and ``BaseShake``: ``time`` (samples,), ``markers`` (samples, markers, 3).
             ``StaticStiffness``: ``leg`` (n,), ``motion`` and ``wrench`` (n, 6).  ``NaturalModes``: ``frequency``
-            (modes,), ``tip`` (modes, 6).  None where the run failed: see ``failures``.
+            (modes,), ``tip`` (modes, 6).  ``PaddleThrust``: its channels.  None where the run failed: see ``failures``.
         """
         self.failures = {}
         responses: list[Response] = [None] * len(requests)
+        paddling = [place for place, request in enumerate(requests) if isinstance(request.experiment, PaddleThrust)]
+        for place, (response, reason) in zip(paddling, self._paddles([requests[i] for i in paddling]), strict=True):
+            responses[place] = response
+            if reason:
+                self.failures[place] = reason
         groups: dict[Hashable, list[_Run]] = {}
         perform = {
             "RingDown": self._ring_downs, "BaseShake": self._shakes,
@@ -98,10 +108,19 @@ class Batch:
                     responses[place] = response
         return responses
 
+    def _paddles(self, requests: Sequence[Request]) -> list[tuple[Response, str]]:
+        if not requests:
+            return []
+        from prb.paddler_batch import paddle_all  # compiled code, which only these need
+
+        return paddle_all(requests, self.topology, self.fin, self.time_step, self.threads)
+
     def _runs(self, requests: Sequence[Request]) -> Iterator[_Run]:
         """Every request with its mechanism, which is built once for all experiments of a candidate."""
         built: dict[Hashable, Mechanism] = {}
         for place, request in enumerate(requests):
+            if isinstance(request.experiment, PaddleThrust):
+                continue
             moves = not isinstance(request.experiment, StaticStiffness)
             key = (id(request.specimen), moves, *request.values.items())
             if key not in built:

@@ -10,6 +10,7 @@ from lab.materials import Frozen
 from lab.specimens import Specimen
 from lab.units import Quantity
 from prb.declaration import Declaration, checked
+from prb.fin_curves import FinCurves
 from prb.hinge_curves import HingeCurves
 from prb.mechanism import Mechanism
 from prb.topologies import topology
@@ -38,6 +39,8 @@ class PrbModel(Frozen):
     time_step: Annotated[float, Quantity("s", "ms"), Field(gt=0)] = TIME_STEP
     #: What a fit of kind hinge has learned of a pinched tube: its numbers take the place of the parameters.
     hinge: HingeCurves | None = None
+    #: What a fit of kind paddler has learned of a fin: its curves take the place of the parameters.
+    fin: FinCurves | None = None
 
     @field_validator("topology", mode="before", json_schema_input_type=str | Declaration)
     @classmethod

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 from pydantic import TypeAdapter
 
-from lab.experiments import Experiment
+from lab.experiments import Experiment, PaddleThrust
 from lab.measures import relative_error, tracking_error, tracking_rms
 from lab.published import figures
 from lab.records import Record, Scalar
@@ -122,10 +122,10 @@ def against_scalars(
 def against_record(entry: Entry, other: Entry) -> Iterator[Row]:
     """Rows of a record against another performer's of the same sample.
 
-    The main numbers; of a motion also the tracking error, the time for 10 s and the speed-up.
+    The main numbers; of a motion also the tracking error of its markers, the time for 10 s and the speed-up.
     """
     reference, origin = other.performer, other.record.origin
-    if entry.experiment.in_motion:
+    if entry.experiment.in_motion and not isinstance(entry.experiment, PaddleThrust):
         error, distance = tracking(entry, other)
         yield _row(entry, entry.slug, "tracking_error", "1", error, reference, origin, 0.0, error)
         yield _row(entry, entry.slug, "tracking_rms", "m", distance, reference, origin, 0.0, math.nan)

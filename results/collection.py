@@ -15,7 +15,7 @@ from results.store import StoreError, atomic_path, file_digest
 
 FORMAT, FORMAT_VERSION = "scram-study", 1
 #: Channels copied per campaign; the rest stays in the sample files.
-HEADLINES = ("motion", "wrench", "markers", "frequency", "travel", "force", "load", "pushed")
+HEADLINES = ("motion", "wrench", "markers", "frequency", "travel", "force", "load", "pushed", "p", "push", "thrust")
 #: Channels that number the samples of a record.
 _INDICES = ("time", "increment", "mode")
 

@@ -11,10 +11,13 @@ from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 
-from lab.records import Fields, Record
+from lab.records import Fields
+from results.fin_scene import add_fins
 from results.store import read_record
 from results.tube_scene import add_tube
 
+#: What draws the devices that do not look alike all over.
+_SHOWN = {"PinchedTube": add_tube, "FinnedTube": add_fins}
 #: Colour of a scene: how far every point has moved.
 DISPLACEMENT = "displacement"
 
@@ -22,7 +25,7 @@ DISPLACEMENT = "displacement"
 class Panel(TypedDict):
     """One picture in a row: a record file, the state to show (an index of its stored states), a caption.
 
-    ``cut`` shows the proximal half of a pinched tube, to see the section at mid-length.
+    ``cut`` shows the proximal half of a pinched tube, to see the section at mid-length, and a tube with fins along y.
     """
 
     file: str
@@ -35,7 +38,8 @@ class Scene(TypedDict):
     """A grid of panels in one PNG.
 
     ``colour`` names a cell field, shown on a logarithmic scale that all panels share; ``displacement`` stands for the
-    size of the displacement in each panel, and nothing for the bare mesh.  Pinched tubes show their pads instead.
+    size of the displacement in each panel, and nothing for the bare mesh.  Tubes show their pads or
+    fins instead.
     """
 
     output: str
@@ -105,10 +109,8 @@ def _draw_scene(scene: Scene) -> None:
         plotter.subplot(i // columns, i % columns)
         record, room = records[panel["file"]], None
         plotter.view_vector((-0.9, -1.1, 0.7), viewup=(0, 0, 1))
-        if record.fields is not None and _is_tube(record):
-            room = add_tube(
-                plotter, record, _grid(record.fields, panel["state"]), panel["state"], panel.get("cut", False)
-            )
+        if record.fields is not None and (add := _SHOWN.get(str(record.specimen.get("kind")))):
+            room = add(plotter, record, _grid(record.fields, panel["state"]), panel["state"], panel.get("cut", False))
         elif record.fields is not None:
             _add(plotter, record.fields, panel["state"], scene["colour"], limit, i == 0)
         plotter.add_text(panel["caption"], font_size=8, color="black", position="upper_left")
@@ -116,10 +118,6 @@ def _draw_scene(scene: Scene) -> None:
         plotter.camera.zoom(1.25)
     plotter.screenshot(scene["output"])
     plotter.close()
-
-
-def _is_tube(record: Record) -> bool:
-    return record.specimen.get("kind") == "PinchedTube"
 
 
 def _limit(fields: Sequence[Fields], colour: str) -> float:

@@ -7,8 +7,8 @@ from pipeline.designs import design
 from pipeline.study import Study, StudyError
 
 
-def cad(study: Study, specimen: str, changes: Sequence[str], output: Path) -> str:
-    """Write the body of a specimen with changed fields to ``output``; return a line about it.
+def cad(study: Study, specimen: str, changes: Sequence[str], output: Path, part: str = "whole") -> str:
+    """Write the body of a specimen with changed fields, or a ``part`` of it, to ``output``; return a line about it.
 
     Raises
     ------
@@ -20,7 +20,8 @@ def cad(study: Study, specimen: str, changes: Sequence[str], output: Path) -> st
 
     output.parent.mkdir(parents=True, exist_ok=True)
     try:
-        figures = write_cad(chosen, output)
+        figures = write_cad(chosen, output, part=part)
     except ValueError as error:
         raise StudyError(str(error)) from None
+    about += "" if part == "whole" else f", {part}"
     return f"{output}: {about}; {1e6 * figures['volume']:.4g} cm^3"

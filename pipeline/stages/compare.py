@@ -10,6 +10,7 @@ from pipeline.plan import Plan
 from pipeline.stages.gather import entries, fit_results
 from pipeline.study import Comparison
 from results.accuracy import Entry, Row, against_record, against_scalars, holes, published_ring_down
+from results.fin_tables import FIN_EXPERIMENTS, fin_tables
 from results.fit_tables import fit_tables
 from results.mirror import mirror_table
 from results.mode_tables import THEORY, mode_tables, theory_rows
@@ -78,7 +79,7 @@ def tables_of(groups: list[tuple[str, list[Row]]], found: list[Entry]) -> Iterat
             yield from orbit_tables([one for one in series if one.campaign == campaign], rows[0].reference)
         elif experiment == "NaturalModes":
             yield from mode_tables(title, rows, [entry for entry in found if entry.campaign == campaign])
-        elif experiment in TUBE_EXPERIMENTS:
+        elif experiment in (*TUBE_EXPERIMENTS, *FIN_EXPERIMENTS):
             yield from tube_comparison(title, rows)
         else:
             table = layout(title, rows)
@@ -88,6 +89,7 @@ def tables_of(groups: list[tuple[str, list[Row]]], found: list[Entry]) -> Iterat
     if (symmetry := mirror_table(found)) is not None:
         yield symmetry
     yield from tube_tables(found)
+    yield from fin_tables(found)
 
 
 def summaries(plan: Plan, groups: list[tuple[str, list[Row]]]) -> list[Table]:

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from calibrate.spec import Fit, HingeFit, ModulusFit
+from calibrate.spec import Fit, HingeFit, ModulusFit, PaddlerFit
 from calibrate.targets import Target, target
-from lab.experiments import Experiment
+from lab.experiments import Experiment, PaddleThrust
 from lab.records import Record
-from lab.specimens import Specimen
+from lab.specimens import FinnedTube, Specimen
 from lab.units import to_si
 from pipeline.plan import Datum, Plan
 from pipeline.stages.gather import fit_result
@@ -45,19 +45,20 @@ def fit(plan: Plan, name: str, output: Path, threads: int = 1) -> str:
 
 def _kinds() -> Mapping[str, Callable[[Plan, str, Mapping[str, Record], int], Result]]:
     from pipeline.stages.fit_hinge import hinge
+    from pipeline.stages.fit_paddler import paddler
     from pipeline.stages.fit_parametric import parametric
     from pipeline.stages.fit_readings import readings
     from pipeline.stages.fit_selection import selection
 
     return {
         "fit": _follow, "modulus": _modulus, "readings": readings, "selection": selection, "parametric": parametric,
-        "hinge": hinge,
+        "hinge": hinge, "paddler": paddler,
     }  # fmt: skip
 
 
 def _holes(plan: Plan, name: str, records: Mapping[str, Record]) -> list[str]:
-    """Records without a result that stop a fit: any; of a hinge, which is learned design by design, all used ones."""
-    if isinstance(plan.study.fits[name], HingeFit):
+    """Records without a result that stop a fit: any; of a hinge or fin, learned state by state, all used ones."""
+    if isinstance(plan.study.fits[name], HingeFit | PaddlerFit):
         used = {datum.sample.id for datum in plan.data(name) if datum.used}
         if any(records[id].completed for id in used):
             return []
@@ -103,10 +104,20 @@ def mjcf_of(model: PrbPerformer, values: Mapping[str, float], specimen: Specimen
     from prb.mujoco_model import to_mjcf
 
     fitted = model.model_copy(update={"parameters": {**model.parameters, **values}})
+    if isinstance(specimen, FinnedTube) and isinstance(experiment, PaddleThrust):
+        return _paddler_mjcf(fitted, specimen, experiment)
     mechanism = fitted.mechanism(specimen)
     if experiment.in_motion:
         mechanism = mechanism.in_motion
     return to_mjcf(mechanism, getattr(experiment, "markers", ()), min(model.time_step, _EXPORTED_STEP))
+
+
+def _paddler_mjcf(model: PrbPerformer, specimen: FinnedTube, experiment: PaddleThrust) -> str:
+    from prb.paddler import paddler_of, stroke_of
+    from prb.paddler_mujoco import paddler_mjcf
+
+    step = min(model.time_step, _EXPORTED_STEP)
+    return paddler_mjcf(paddler_of(specimen, model.values(specimen), model.fin), stroke_of(experiment), step)
 
 
 def _follow(plan: Plan, name: str, records: Mapping[str, Record], threads: int) -> Result:

@@ -13,14 +13,18 @@ from lab.ledger import ledger as shipped_ledger
 from lab.materials import Frozen
 from lab.published import figures
 from lab.specimens import Specimen
+from lab.specimens.finned_tube import Chambers, LoadFin
 from lab.specimens.load_frame import LoadFrame
 from pipeline.plan import Plan
 from pipeline.stages.compare import groups_of
 from pipeline.stages.gather import entries, fit_results
-from results.accuracy import Entry, Row, seconds_per_10_s
+from results.accuracy import IN_SAMPLE, Entry, Row, seconds_per_10_s
+from results.fins import published_device
 from results.ledger import Finding, evaluate
+from results.ledger.fins import fin_facts
 from results.ledger.tables import summary, to_csv, to_json, to_markdown, view
 from results.ledger.tubes import tube_facts
+from results.paddling import saw_thrust
 from results.store import write_text
 from results.tubes import published_size
 
@@ -61,7 +65,9 @@ def is_published(specimen: Specimen) -> bool:
 
 def _answers(plan: Plan, entry: Entry) -> bool:
     """Whether a record is of a device of the text: of a tube, as it was swept."""
-    return is_published(plan.study.specimens[entry.specimen]) or bool(published_size(entry.record.specimen))
+    specimen = entry.record.specimen
+    known = published_size(specimen) or published_device(specimen)
+    return is_published(plan.study.specimens[entry.specimen]) or bool(known)
 
 
 def _made_by(study: str) -> str:
@@ -90,7 +96,8 @@ def _facts(entry: Entry) -> dict[str, Any]:
         "corner": frame.get("corner"),
         "load": frame.get("load"),
     }
-    return {**tube_facts(entry), **{name: value for name, value in facts.items() if value is not None}}
+    known = {name: value for name, value in facts.items() if value is not None}
+    return {**tube_facts(entry), **fin_facts(entry), **known}
 
 
 def _of_row(plan: Plan, places: Mapping[tuple[str, str, str], Entry], row: Row) -> Iterator[Finding]:
@@ -113,7 +120,8 @@ def _of_entry(plan: Plan, entry: Entry) -> Iterator[Finding]:
     """Reduced numbers of a record and its cost, about no reference."""
     about = (entry.performer, _role(plan, entry.performer), entry.campaign, entry.experiment.kind, entry.slug)
     for name, scalar in entry.scalars().items():
-        yield Finding(name, scalar.unit, scalar.value, *about, facts=_facts(entry))
+        use = IN_SAMPLE if saw_thrust(entry, name) else ""
+        yield Finding(name, scalar.unit, scalar.value, *about, use=use, facts=_facts(entry))
     if entry.experiment.in_motion:
         yield Finding("seconds_per_10_s", "s", seconds_per_10_s(entry.record), *about, facts=_facts(entry))
 
@@ -150,6 +158,10 @@ def _numbers(name: str, model: Specimen | Experiment) -> Iterator[Finding]:
         value = getattr(model, field)
         if isinstance(value, LoadFrame):
             yield Finding("LoadFrame.load", "kg", value.load, name)
+        elif isinstance(value, Chambers | LoadFin):
+            for part in type(value).model_fields:
+                number, unit = number_at(value, part)
+                yield Finding(f"{type(value).__name__}.{part}", unit, number, name)
         elif isinstance(value, tuple):
             yield Finding(f"{model.kind}.{field}.count", "1", float(len(value)), name)
         elif isinstance(value, int | float) and not isinstance(value, bool) and isinstance(model, Frozen):

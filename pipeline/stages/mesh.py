@@ -16,5 +16,5 @@ def mesh(plan: Plan, job_id: str, output: Path) -> str:
     output.parent.mkdir(parents=True, exist_ok=True)
     specimen: Specimen = TypeAdapter(Specimen).validate_python(params["specimen"])
     options = MeshOptions(**params["mesh"])
-    quality = make_mesh(specimen, options, output, params["element"])
+    quality = make_mesh(specimen, options, output, params["element"], params.get("part", "whole"))
     return f"{job_id}: {quality}"

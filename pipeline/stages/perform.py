@@ -100,6 +100,13 @@ def fitted_prb(
         curves = HingeCurves.model_validate(result["hinge"])
         doubts = curves.doubts(specimen) if isinstance(specimen, PinchedTube) else ()
         return model.model_copy(update={"hinge": curves}), doubts
+    if result["kind"] == "paddler":
+        from prb.fin_curves import FinCurves
+
+        numbers = {p["name"]: p["value"] for p in result["parameters"]}
+        fin = FinCurves.model_validate(result["fin"]) if result["fin"] else model.fin
+        doubts = fin.doubts(specimen) if fin else ()
+        return model.model_copy(update={"fin": fin, "parameters": {**model.parameters, **numbers}}), doubts
     if result["kind"] == "parametric":
         from calibrate.parametric import ParametricModel
 

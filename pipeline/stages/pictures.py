@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pipeline.plan import Plan
 from pipeline.stages.compare import groups_of
+from pipeline.stages.fin_pictures import figures_of_fins, joint_fin_figures, scenes_of_fins
 from pipeline.stages.gather import entries, fit_results
 from pipeline.stages.picking import few, file_word
 from pipeline.stages.tube_pictures import figures_of_tubes, joint_figures, scenes_of_tubes
@@ -26,6 +27,8 @@ _SWEEP = 4
 _ROW = 5
 #: Experiments with pinched tubes.
 _TUBES = ("Pinch", "PinchedBending", "ShapeRecovery")
+#: Experiments with tubes with fins.
+_FINS = ("ShapePropagation", "FinPush", "PaddleThrust")
 #: Heading of the fits' pictures.
 _FITS = "fits"
 
@@ -56,7 +59,7 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> Iterator[Picture]:
     for name in plan.study.campaigns:
         inside = [e for e in found if e.campaign == name and e.record.completed]
         # Of tubes, those that diverged show how far they came.
-        known = inside or [e for e in found if e.campaign == name and e.experiment.kind in _TUBES]
+        known = inside or [e for e in found if e.campaign == name and e.experiment.kind in (*_TUBES, *_FINS)]
         kind = known[0].experiment.kind if known else ""
         if kind == "RingDown":
             path = motions.ring_down_overlay(
@@ -74,7 +77,10 @@ def _figures(plan: Plan, found: list[Entry], folder: Path) -> Iterator[Picture]:
             yield from _of_stiffness(plan, name, [e for e in found if e.campaign == name], folder)
         elif kind in _TUBES:
             yield from figures_of_tubes(name, [e for e in found if e.campaign == name], folder)
+        elif kind in _FINS:
+            yield from figures_of_fins(name, [e for e in found if e.campaign == name], folder)
     yield from joint_figures(found, folder)
+    yield from joint_fin_figures(found, folder)
     yield from _of_fits(plan, folder)
 
 
@@ -170,6 +176,9 @@ def _scenes(plan: Plan, found: list[Entry], folder: Path) -> Iterator[tuple[scen
         elif kind in _TUBES:
             mine = [e for e in inside if e.performer == inside[0].performer]
             yield from scenes_of_tubes(name, mine, plan.folder, folder)
+        elif kind in _FINS:
+            mine = [e for e in inside if e.performer == inside[0].performer]
+            yield from scenes_of_fins(name, mine, plan.folder, folder)
 
 
 def _scenes_of_stiffness(plan: Plan, inside: list[Entry], folder: Path) -> Iterator[tuple[scenes.Scene, Picture]]:

@@ -2,10 +2,11 @@
 
 import json
 
-from lab.experiments import BaseShake, Experiment, NaturalModes, PinchedBending, RingDown
+from lab.experiments import BaseShake, Experiment, FinPush, NaturalModes, PaddleThrust, PinchedBending, RingDown
+from lab.experiments.fin_drive import FinDrive
 from lab.experiments.pinch_drive import PinchDrive
 from lab.fields import shown
-from lab.specimens import PinchedTube, Specimen, TwistedBeam
+from lab.specimens import FinnedTube, PinchedTube, Specimen, TwistedBeam
 from pipeline.plan import ALL_SOURCES, Plan
 from pipeline.provenance import provenance
 from pipeline.study import FeaPerformer, Reading
@@ -34,10 +35,7 @@ def assumptions(plan: Plan) -> list[str]:
     """What the text leaves open and this study decides, in words."""
     study = plan.study
     return [
-        *(
-            _about_tube(name, specimen) if isinstance(specimen, PinchedTube) else _about_beam(name, specimen)
-            for name, specimen in study.specimens.items()
-        ),
+        *(_about_specimen(name, specimen) for name, specimen in study.specimens.items()),
         *(_about_experiment(name, experiment) for name, experiment in study.experiments.items()),
         *(_about_reading(name, table.reading) for name, table in study.lab.items()),
         *(
@@ -46,6 +44,33 @@ def assumptions(plan: Plan) -> list[str]:
             if isinstance(performer, FeaPerformer) and performer.origin == "virtual-lab"
         ),
     ]
+
+
+def _about_specimen(name: str, specimen: Specimen) -> str:
+    if isinstance(specimen, FinnedTube):
+        return _about_fins(name, specimen)
+    return _about_tube(name, specimen) if isinstance(specimen, PinchedTube) else _about_beam(name, specimen)
+
+
+def _about_fins(name: str, tube: FinnedTube) -> str:
+    chambers = (
+        f" The chambers are read as standing beside one another around the tube, {shown(tube.chambers, 'gap')} apart, "
+        "their sizes as those of the outside."
+        if tube.chambers.number
+        else ""
+    )
+    load = (
+        f" Of the load fin only the mass is published: {shown(tube.load_fin, 'length')} beyond the fin's tip follow "
+        f"from the Reynolds numbers, {shown(tube.load_fin, 'width')} across are assumed."
+        if tube.load_fin
+        else ""
+    )
+    return (
+        f"{name}: the text has no drawing. Theta is read as the angle between the fin's generators and the tube's "
+        f"axis, the diameter as that of the outside; the crease's middle at {1e3 * tube.place:.4g} mm of the tube, "
+        f"the fin's length of {shown(tube, 'fin_length')}, which its Reynolds number implies, and the place of P, the "
+        f"tip's corner, are assumed. Poisson's ratio {tube.material.poisson_ratio:g} is not published.{chambers}{load}"
+    )
 
 
 def _about_tube(name: str, tube: PinchedTube) -> str:
@@ -91,6 +116,14 @@ def _about_experiment(name: str, experiment: Experiment) -> str:
         return f"{name}: small vibrations about the unloaded shape, without damping or gravity."
     if isinstance(experiment, PinchDrive):
         return f"{name}: {_about_pinch(experiment)}"
+    if isinstance(experiment, FinDrive):
+        return f"{name}: {_about_flattening(experiment)}"
+    if isinstance(experiment, PaddleThrust):
+        return (
+            f"{name}: air is on for {experiment.duty:.0%} of a cycle, which the text's valve of two positions does not "
+            f"tell; the first {experiment.warm_up} of {experiment.cycles} cycles are left out of the numbers; no "
+            "gravity, as of a device that floats."
+        )
     return (
         f"{name}: K' is fitted as to a dense force log at steady speed, which the text does not state; the tip "
         "hardens, so that other spacings give other slopes."
@@ -110,6 +143,22 @@ def _about_pinch(experiment: PinchDrive) -> str:
         f"{shown(experiment, 'push')}, is not published."
     )
     return f"{tendons} Also {push}" if experiment.pinched else push
+
+
+def _about_flattening(experiment: FinDrive) -> str:
+    length = shown(experiment, "pinch_length") if experiment.pinch_length is not None else "as long as the chambers"
+    drive = (
+        f"the lines of the wall at +y and -y that the pinch moves, about mid-length, are {length}: the text pinches "
+        "'at the midpoint' and no more."
+        if experiment.drive == "pinch"
+        else "all chambers have one pressure; the way of the air between them is left out."
+    )
+    if not isinstance(experiment, FinPush):
+        return drive
+    return (
+        f"{drive} The plate meets the fin at {experiment.place:g} of its length and moves along its normal there: the "
+        "text says neither."
+    )
 
 
 def _about_reading(name: str, reading: Reading) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from lab.experiments import NaturalModes
 from lab.experiments.natural_modes import senses
 from lab.records import Channel, Fields, Record, channels
-from lab.specimens import PinchedTube, Specimen
+from lab.specimens import Specimen, TwistedBeam
 from prb.experiments.common import DOFS, heading, how
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
@@ -50,7 +50,7 @@ def natural_modes(specimen: Specimen, experiment: NaturalModes, model: PrbModel)
 def tip_of(chain: Chain, modes: Modes, specimen: Specimen) -> Array:
     """Motion of the tip in each mode, (modes, 6), m and rad, its largest positive (rotations times half the width)."""
     tip = modes.shapes @ chain.at_rest.jacobian.T
-    width = 2.0 * specimen.radius if isinstance(specimen, PinchedTube) else specimen.width
+    width = specimen.width if isinstance(specimen, TwistedBeam) else 2.0 * specimen.radius
     return np.asarray(senses(tip, width)[:, None] * tip)
 
 

@@ -1,4 +1,4 @@
-"""What the figures of pinched tubes share: how samples look, and which increments belong to which stage."""
+"""What the figures of tubes share: how samples look, and which increments belong to which stage."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +16,8 @@ from results.slugs import words
 
 Array = NDArray[np.float64]
 
+#: The dissertation's letters for angles, each in its own chapter.
+_GREEK = {"pinch_angle": "\u03b1", "fin_arc": "\u03b1", "attachment_angle": "\u03b8"}
 #: Lines of PRB models in their order, which are dashed, and of others.
 _DASHED: tuple[Any, ...] = ("--", ":", "-.")
 _SOLID: tuple[Any, ...] = ("-", (0, (9, 2)), (0, (9, 2, 2, 2)))
@@ -67,8 +69,8 @@ def sample_name(slug: str) -> str:
 
 
 def _told(name: str, value: str) -> str:
-    if name == "pinch_angle":
-        return f"\u03b1 {value.removesuffix('deg')}\u00b0"
+    if name in _GREEK:
+        return f"{_GREEK[name]} {value.removesuffix('deg')}\u00b0"
     shown = name.replace("_", " ")
     return {"True": shown, "False": f"not {shown}"}.get(value, f"{shown} {value}")
 

@@ -14,6 +14,7 @@ from lab.formulas import FORMULAS
 from lab.ledger import (
     Cannot,
     ClosedForm,
+    Fin,
     Input,
     InTable,
     Judgement,
@@ -35,6 +36,8 @@ from results.ledger.stiffness import judge_in_table
 from results.ledger.tubes import answers
 from results.tubes import sized
 
+#: An input is written with so many digits.
+_ROUNDED = 1e-6
 #: Verdicts on a value of ours, which a command made.
 _MADE = (REPRODUCED, DIFFERS, CANNOT)
 
@@ -84,7 +87,7 @@ def _judged(row: LedgerRow, judgement: Judgement, findings: Sequence[Finding]) -
             return judge_orbit(row, judgement, findings)
         case Observed():
             return judge_observation(row, judgement, findings)
-        case Tube():
+        case Tube() | Fin():
             return _tube(row, judgement, findings)
 
 
@@ -99,8 +102,9 @@ def _input(row: LedgerRow, judgement: Input, findings: Sequence[Finding]) -> Led
     ours = _looked_up(judgement.field, row.unit, findings)
     if ours is None:
         return missing(row, judgement) if judgement.field and judgement.by else row
-    row = _with_value(replace(row, origin="input"), [-ours, ours] if judgement.both_senses else ours)
-    return row.because("this study uses another value") if abs(row.relative_difference) > NOUGHT else row
+    low = [-ours] if judgement.both_senses else [0.0] if judgement.from_nought else []
+    row = _with_value(replace(row, origin="input"), [*low, ours] if low else ours)
+    return row.because("this study uses another value") if abs(row.relative_difference) > _ROUNDED else row
 
 
 def _looked_up(name: str, unit: str, findings: Sequence[Finding]) -> float | None:
@@ -141,7 +145,7 @@ def _measured(row: LedgerRow, judgement: Measured, findings: Sequence[Finding]) 
     return _within(row, row.published, tolerance, max((abs(f.error / f.value) for f in of), default=math.nan))
 
 
-def _tube(row: LedgerRow, judgement: Tube, findings: Sequence[Finding]) -> LedgerRow:
+def _tube(row: LedgerRow, judgement: Tube | Fin, findings: Sequence[Finding]) -> LedgerRow:
     """Verdict on the preferred model's answer; others stand beside."""
     beside = [f"{label} {_said(float(np.asarray(FORMULAS[name]())), row)}" for label, name in judgement.beside.items()]
     found = answers(judgement, findings)

@@ -1,11 +1,12 @@
-"""What the text says of pinched tubes, held against pinches, push tests and loads of tubes of published size."""
+"""What the text says of tubes, held against pinches, push tests and loads of tubes of published size."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from lab.experiments import Pinch, PinchedBending, ShapeRecovery
-from lab.ledger import Tube
+from lab.ledger import Fin, Tube
 from results.accuracy import Entry
+from results.ledger.fin_rules import FIN_RULES
 from results.ledger.findings import Finding
 from results.ledger.tube_rules import RULES, Answer, Case
 from results.slugs import words
@@ -31,9 +32,9 @@ def tube_facts(entry: Entry) -> dict[str, Any]:
     return facts
 
 
-def answers(judgement: Tube, findings: Sequence[Finding]) -> list[Answer]:
+def answers(judgement: Tube | Fin, findings: Sequence[Finding]) -> list[Answer]:
     """Answers of all models, those of preferred sizes and roles first."""
-    rule, found = RULES[judgement.rule], []
+    rule, found = {**RULES, **FIN_RULES}[judgement.rule], []
     for size in judgement.sizes:
         for role in judgement.role:
             cases = list(_cases(findings, size, role))

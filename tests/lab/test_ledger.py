@@ -8,6 +8,7 @@ from lab.fields import number_at
 from lab.ledger import LEDGER, MARKS, Input, ledger, read_ledger
 from lab.materials import material
 from lab.published import figures
+from lab.specimens.finned_tube import Chambers, LoadFin
 from lab.specimens.load_frame import LoadFrame
 
 
@@ -54,9 +55,8 @@ def test_inputs_name_fields_that_exist():
                 tube = specimens.PinchedTube.model_validate({"size": kind.removeprefix("size:")})
                 assert number_at(tube, {"diameter": "radius"}.get(field, field))
             else:
-                model = (
-                    {"LoadFrame": LoadFrame}.get(kind) or getattr(specimens, kind, None) or getattr(experiments, kind)
-                )
+                parts = {part.__name__: part for part in (LoadFrame, Chambers, LoadFin)}
+                model = parts.get(kind) or getattr(specimens, kind, None) or getattr(experiments, kind)
                 assert field.removesuffix(".count") in model.model_fields
 
 
@@ -67,7 +67,7 @@ def test_a_figure_without_judgement_is_named(tmp_path, document):
 
 def test_a_figure_judged_twice_is_named(tmp_path, document):
     document["entries"][0]["ids"].append("t4.1-[L]")
-    second = place(document, "t4.1-*")
+    second = place(document, "t4.1-L")
     assert f"figure 't4.1-L' is judged by entries.0 and entries.{second}" in refusal(tmp_path, document)
 
 

@@ -192,14 +192,14 @@ def test_cad_takes_a_specimen_with_changes(study, tmp_path, monkeypatch, capsys)
 
     drawn = []
 
-    def write_cad(specimen, path):
-        drawn.append((specimen, path))
+    def write_cad(specimen, path, part):
+        drawn.append((specimen, path, part))
         return {"volume": 2e-5}
 
     monkeypatch.setattr(meshes, "write_cad", write_cad, raising=False)
     file = tmp_path / "own" / "tube.step"
     assert main(["cad", str(study), "printed", "--set", "wall=1.2 mm", "--set", "pairs=2", "-o", str(file)]) == 0
-    assert drawn == [(PinchedTube(wall=0.0012, pairs=2), file)]
+    assert drawn == [(PinchedTube(wall=0.0012, pairs=2), file, "whole")]
     assert capsys.readouterr().out == f"{file}: printed, wall 1.2mm, pairs 2; 20 cm^3\n"
 
 

@@ -150,7 +150,10 @@ def without_unit(document) -> None:
         (body(mass="beam_mass - 1 "), "body far: mass -0.99637 kg must be positive"),
         (altered(lambda d: d["define"].update(width="length")), "define: the name 'width' is taken; it is a number of"),
         (altered(lambda d: d["define"].update({"a b": "length"})), "define: 'a b' is not a name"),
-        (altered(lambda d: d.update(specimen="Tube")), "no specimen 'Tube'; there are PinchedTube, TwistedBeam"),
+        (
+            altered(lambda d: d.update(specimen="Tube")),
+            "no specimen 'Tube'; there are FinnedTube, PinchedTube, TwistedBeam",
+        ),
         (altered(lambda d: d.update(tip={"body": "end"})), "tip: there is no body 'end'; there are near, far"),
         (altered(lambda d: d.update(bodies=[])), "at least 1 item"),
         (altered(lambda d: d["settings"]["rows"].update(value=0)), "0 is out of bounds; allowed: 1 to 100"),

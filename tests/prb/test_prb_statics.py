@@ -6,10 +6,11 @@ import pytest
 import prb
 from lab.experiments import RingDown, StaticStiffness
 from lab.materials import Material
-from lab.specimens import PinchedTube, TwistedBeam
+from lab.specimens import TwistedBeam
 from prb.mechanism import Hinge, Link, Mechanism
 from prb.model import PrbModel
 from prb.mujoco_model import compile_mechanism
+from prb.specimen_numbers import specimen_class
 from prb.statics import Chain, Load, NotConverged, hang, hold, tip_compliance
 from prb.topologies import TOPOLOGIES
 
@@ -31,7 +32,8 @@ def one_hinge(stiffness: float = 0.5, length: float = 0.1) -> Chain:
 def chain_and_posture(topology: str, seed: int = 0) -> tuple[Chain, np.ndarray]:
     model = PrbModel(topology=topology)
     beam = model.topology.specimen == "TwistedBeam"
-    chain = chain_of(model.mechanism(TwistedBeam(twist=1.2, root_angle=0.3) if beam else PinchedTube()))
+    specimen = TwistedBeam(twist=1.2, root_angle=0.3) if beam else specimen_class(model.topology.specimen)()
+    chain = chain_of(model.mechanism(specimen))
     joints = 0.4 * np.random.default_rng(seed).standard_normal(chain.laws.count)
     return chain, np.where(chain.model.jnt_type == 2, 0.005 * joints, joints)
 

@@ -86,9 +86,9 @@ def test_what_another_study_answers_says_by_which_command(alone):
 
 
 def test_what_is_to_come_says_what_brings_it(alone):
-    row = alone["c4-t1-choice"]
+    row = alone["c5-contact-sweep"]
     assert row.verdict == "not yet"
-    assert row.why.startswith("tube with fins: ")
+    assert row.why.startswith("contact and walking: ")
     assert row.command == ""
 
 

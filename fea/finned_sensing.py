@@ -1,0 +1,142 @@
+"""What is sensed at a tube with fins."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fea import shell_geometry as geometry
+from fea.finned_device import Device
+from fea.shell import Shell
+from lab.experiments.fin_drive import FIN_STAGES
+from lab.records import Channel, channels
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Sensed:
+    """Rows of the record as they come in."""
+
+    device: Device
+    stage: list[int] = field(default_factory=list)
+    states: list[Array] = field(default_factory=list)
+    _rows: list[dict[str, Array]] = field(default_factory=list)
+
+    def read(self, stage: str, state: Array, t: float) -> None:
+        """Sense an accepted increment."""
+        device, part = self.device, self.device.part
+        x = device.problem.displacement(state, t)
+        row = {
+            "travel": device.approach(x),
+            "force": device.pinch_force(state, t),
+            "pressure": device.pressure(t),
+            "p": device.middle(x, device.corner)[0],
+            "tip": self._tip_middle(x),
+            "section": device.section(x),
+            "fin_radius": self._fin_radius(x),
+            "fin_angle": self._fin_angle(x),
+            "gap": device.gap(x),
+            "energy": device.copies * float(part.strain_energy(x[: part.nodes]).sum()),
+            "strain": largest_strain(part, x[: part.nodes]),
+        }
+        if device.plate is not None:
+            pressing = (2 if "y" in device.mirrors else 1) * device.plate.pressing(x, t)
+            along = device.plate.place(x, t) - device.specimen.crown_along
+            row |= {"grip_force": row["force"], "force": pressing, "push": device.plate.way(t), "contact": along}
+        self.stage.append(FIN_STAGES.index(stage))
+        self.states.append(x[: part.nodes].copy())
+        self._rows.append({name: np.asarray(value, dtype=float) for name, value in row.items()})
+
+    def column(self, name: str) -> Array:
+        """One quantity at all increments."""
+        return np.array([row[name] for row in self._rows])
+
+    def _tip_middle(self, x: Array) -> Array:
+        return np.asarray(self.device.middle(x, self.device.crown[-1:])[0])
+
+    def _fin_angle(self, x: Array) -> float:
+        ends = self.device.crown[[0, -1]]
+        along = np.diff(self.device.part.mid[ends] + self.device.middle(x, ends), axis=0)[0]
+        return float(np.arctan2(along[0], along[2]))
+
+    def _fin_radius(self, x: Array) -> float:
+        tip = self.device.part.mid[self.device.tip] + self.device.middle(x, self.device.tip)
+        if "y" in self.device.mirrors:
+            tip = np.concatenate([tip[:0:-1] * [1.0, -1.0, 1.0], tip])
+        return fitted_radius(tip)
+
+    def pictured(self) -> list[int]:
+        """Increments for pictures: rest, half-way, ends of stages, the largest force of the plate."""
+        stage = np.array(self.stage)
+        chosen = {0, *np.flatnonzero(np.diff(np.append(stage, -1))).tolist()}
+        for number in range(1, len(FIN_STAGES)):
+            during = np.flatnonzero(stage == number)
+            chosen |= set(during[len(during) // 2 : len(during) // 2 + 1].tolist())
+        if self.device.plate is not None:
+            chosen.add(int(self.column("force").argmax()))
+        return sorted(chosen)
+
+    def channels(self) -> dict[str, Channel]:
+        """Channels of the record, see ``lab.experiments.ShapePropagation`` and ``FinPush``."""
+        rows = ("increment",)
+
+        def one(name: str, unit: str, words: str, *dims: str) -> Channel:
+            return Channel(name, unit, self.column(name), (*rows, *dims), words)
+
+        common = [
+            Channel("increment", "1", np.arange(len(self.stage)), rows, "number of the increment"),
+            one("travel", "m", "approach of top and bottom at mid-length"),
+            one("pressure", "Pa", "in the chambers, over outside"),
+            one("p", "m", "displacement of P", "axis"),
+            one("tip", "m", "displacement of the middle of the tip", "axis"),
+            one("section", "m", "middle of the wall at mid-length", "place", "plane_axis"),
+            one("fin_radius", "m", "circle that fits the tip's edge"),
+            one("fin_angle", "rad", "fin's crown from the tube's axis"),
+            one("gap", "m", "smallest between inner walls"),
+            one("energy", "J", "elastic energy of the device"),
+            one("strain", "1", "largest principal strain"),
+        ]
+        if self.device.plate is None:
+            return channels(*common, one("force", "N", "of the pinch on one side"))
+        return channels(
+            *common,
+            Channel(
+                "stage", "1", np.array(self.stage, dtype=np.int64), rows, f"one of {', '.join(FIN_STAGES)}, from 0"
+            ),
+            one("force", "N", "of the plate along its way"),
+            one("grip_force", "N", "of the pinch on one side"),
+            one("push", "m", "way of the plate from first touch"),
+            one("contact", "m", "where the plate's force acts, from the crease along the crown; NaN: nowhere"),
+        )
+
+
+def fitted_radius(points: Array) -> float:
+    """Radius, m, of the circle that fits points (n, 3), m, in their plane by least squares; infinite for a line."""
+    arms = points - points.mean(axis=0)
+    _, _, axes = np.linalg.svd(arms, full_matrices=False)
+    u, v = arms @ axes[0], arms @ axes[1]
+    scale = float(np.abs(u).max())
+    if np.abs(v).max() < 1e-9 * scale:
+        return float("inf")
+    matrix = np.column_stack([2 * u, 2 * v, np.full(len(u), scale)]) / scale
+    a, b, c = np.linalg.lstsq(matrix, (u**2 + v**2) / scale, rcond=None)[0]
+    return float(np.sqrt(c * scale + a**2 + b**2))
+
+
+def largest_strain(part: Shell, x: Array) -> float:
+    """Largest principal Green-Lagrange strain on the faces of a shell at displacements (nodes, 3), m."""
+    ends = (part.points + x)[part.cells].reshape(-1, 9, 2, 3)
+    after = ends.mean(axis=2), 0.5 * (ends[:, :, 1] - ends[:, :, 0])
+    old, new = (geometry.jacobians(middle, half, _FACES) for middle, half in (part._nodal, after))
+    gradient = np.linalg.solve(old, new)
+    strain = 0.5 * (gradient @ np.swapaxes(gradient, -1, -2) - np.eye(3))
+    return float(np.linalg.eigvalsh(strain)[..., -1].max())
+
+
+def _faces() -> Array:
+    g = 1 / np.sqrt(3)
+    return np.array([[r, s, z] for r in (-g, g) for s in (-g, g) for z in (-1.0, 1.0)])
+
+
+_FACES = _faces()
