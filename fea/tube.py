@@ -37,8 +37,6 @@ _PUSHER = 30.0
 _FAR = 3.0
 #: Contact of the wall: multipliers of a tighter law do not settle where stiff pads meet on single points.
 _CONTACT = {"tolerance": 0.05, "factor": 20.0}
-#: The outer wall meets itself only where the tube has folded over, on sharp edges that settle worse still.
-_CONTACT_OUTSIDE = {"tolerance": 0.25, "factor": 20.0}
 
 
 @dataclass(repr=False)
@@ -224,18 +222,21 @@ def _lines(part: Deformable, specimen: PinchedTube, ring: Ints, eighth: bool) ->
     return result
 
 
+def _law(part: Deformable, specimen: PinchedTube, model: FeaModel) -> ContactLaw:
+    return ContactLaw(part.material.youngs_modulus, specimen.wall, model.friction, **_CONTACT)
+
+
 def _outside(part: Deformable, specimen: PinchedTube, model: FeaModel, points: Array) -> SurfaceContact:
     """Of the outer wall with itself: a tube folded far meets itself outside too."""
     outside = part.surface("top" if isinstance(part, Shell) else "outside")
-    law = ContactLaw(part.material.youngs_modulus, specimen.wall, model.friction, **_CONTACT_OUTSIDE)
-    return SurfaceContact(outside, outside, points, law)
+    return SurfaceContact(outside, outside, points, _law(part, specimen, model))
 
 
 def _contact(
     part: Deformable, specimen: PinchedTube, model: FeaModel, points: Array, eighth: bool
 ) -> SurfaceContact | PlaneContact:
     """Of the inner wall with itself, or with the plane half-way to its image."""
-    law = ContactLaw(part.material.youngs_modulus, specimen.wall, model.friction, **_CONTACT)
+    law = _law(part, specimen, model)
     inside = part.surface("bottom" if isinstance(part, Shell) else "inside")
     if not eighth:
         return SurfaceContact(inside, inside, points, law)
