@@ -98,6 +98,8 @@ class FeaModel(Frozen):
         1.0, ge=0, le=1, description="Pressurised chambers: share of their tops' stiffness around, 1 taut, 0 bulging."
     )
     friction: float = Field(0.0, ge=0, le=2, description="Pinched tubes: Coulomb friction of the inner wall on itself.")
+    #: Where a weight folds the tube right over, contact on both sides of its wall does not settle.
+    outer_contact: bool = Field(True, description="Pinched tubes: the outer wall meets itself, too.")
     #: A finer model that plays the lab, with known truth, is labelled so.
     origin: Literal["fea", "virtual-lab"] = "fea"
     #: Standard deviation of Gaussian noise on marker coordinates (virtual lab only).

@@ -164,7 +164,7 @@ def set_up(specimen: PinchedTube, experiment: TubeExperiment, model: FeaModel, m
         return made["contact"]
 
     case.add(tendons).add(block_load).add(contact)
-    if not eighth:
+    if model.outer_contact and not eighth:
         case.add(lambda points: _outside(part, specimen, model, points))
     problem = case.problem(seconds=1.0)
     return Tube(specimen, part, problem, made["tendons"], made["load"], made["contact"], ring, eighth)
