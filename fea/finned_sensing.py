@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fea import shell_geometry as geometry
+from fea.face_strains import face_strains
 from fea.finned_device import Device
 from fea.shell import Shell
 from lab.experiments.fin_drive import FIN_STAGES
@@ -126,17 +126,4 @@ def fitted_radius(points: Array) -> float:
 
 def largest_strain(part: Shell, x: Array) -> float:
     """Largest principal Green-Lagrange strain on the faces of a shell at displacements (nodes, 3), m."""
-    ends = (part.points + x)[part.cells].reshape(-1, 9, 2, 3)
-    after = ends.mean(axis=2), 0.5 * (ends[:, :, 1] - ends[:, :, 0])
-    old, new = (geometry.jacobians(middle, half, _FACES) for middle, half in (part._nodal, after))
-    gradient = np.linalg.solve(old, new)
-    strain = 0.5 * (gradient @ np.swapaxes(gradient, -1, -2) - np.eye(3))
-    return float(np.linalg.eigvalsh(strain)[..., -1].max())
-
-
-def _faces() -> Array:
-    g = 1 / np.sqrt(3)
-    return np.array([[r, s, z] for r in (-g, g) for s in (-g, g) for z in (-1.0, 1.0)])
-
-
-_FACES = _faces()
+    return float(np.linalg.eigvalsh(face_strains(part, x))[..., -1].max())

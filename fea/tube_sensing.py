@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fea import shell_geometry as geometry
+from fea.face_strains import face_strains
 from fea.shell import Shell
 from fea.tube import Tube
 from lab.experiments.pinch_drive import STAGES
@@ -67,12 +67,7 @@ class Sensed:
         """Largest principal Green-Lagrange strain of the wall outside pads and transitions."""
         part, bare = self.tube.part, self._bare
         if isinstance(part, Shell):
-            before = part._nodal
-            ends = (part.points + x)[part.cells].reshape(-1, 9, 2, 3)
-            after = ends.mean(axis=2), 0.5 * (ends[:, :, 1] - ends[:, :, 0])
-            old, new = (geometry.jacobians(middle[bare], half[bare], _FACES) for middle, half in (before, after))
-            gradient = np.linalg.solve(old, new)
-            strain = 0.5 * (gradient @ np.swapaxes(gradient, -1, -2) - np.eye(3))
+            strain = face_strains(part, x, bare)
         else:
             voigt = part.strains(x)[bare] * [1, 1, 1, 0.5, 0.5, 0.5]
             strain = voigt[..., [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
@@ -129,12 +124,3 @@ class Sensed:
 
 def _padded(values: Array, size: int) -> Array:
     return np.concatenate([values, np.zeros(size - len(values))])
-
-
-def _faces() -> Array:
-    """Places on the lower and upper face of a shell's elements (8, 3): 2 x 2 Gauss, where strains are best."""
-    g = 1 / np.sqrt(3)
-    return np.array([[r, s, z] for r in (-g, g) for s in (-g, g) for z in (-1.0, 1.0)])
-
-
-_FACES = _faces()

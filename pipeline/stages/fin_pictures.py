@@ -8,7 +8,7 @@ import numpy as np
 
 from lab.experiments.fin_drive import FIN_STAGES
 from lab.records import Record
-from pipeline.stages.picking import few, file_word
+from pipeline.stages.picking import few, file_word, readable
 from results import scenes
 from results.accuracy import Entry
 from results.figures import fin_designs, fin_pressure, fin_pushes, fin_travel, strokes, thrust, thrust_maps
@@ -21,8 +21,8 @@ from results.report import Picture
 from results.store import read_record
 from results.swept_series import SweptSeries, swept_series
 
-#: Lines in a figure of curves, columns of scenes, and lengths of the load fin that make no map yet.
-_LINES, _PANELS, _FAMILY = 12, 4, 3
+#: Columns of scenes, and lengths of the load fin that make no map yet.
+_PANELS, _FAMILY = 4, 3
 
 Scenes = Iterator[tuple[scenes.Scene, Picture]]
 
@@ -40,12 +40,12 @@ def figures_of_fins(name: str, found: Sequence[Entry], folder: Path) -> Iterator
     pinched, inflated = ([e for e in shapes if _drive(e) == drive] for drive in ("pinch", "pressure"))
     if pinched:
         path = fin_travel.travel_curves(
-            _readable(pinched), f"{name}: what the fins do along the pinch", folder / f"{name}_travel.png"
+            readable(pinched), f"{name}: what the fins do along the pinch", folder / f"{name}_travel.png"
         )
         yield Picture(path, f"{name}: travel s and y of P, turn of the fin and force over the pinch", name)
     if inflated:
         path = fin_pressure.pressure_curves(
-            _readable(inflated), f"{name}: how far air flattens the tube", folder / f"{name}_pressure.png"
+            readable(inflated), f"{name}: how far air flattens the tube", folder / f"{name}_pressure.png"
         )
         yield Picture(path, f"{name}: flattening, and travel s of P, over the pressure in the chambers", name)
     groups = fin_states(found)
@@ -156,8 +156,3 @@ def _panel(root: Path, entry: Entry, record: Record, state: int, words: str, alo
 def _drive(entry: Entry) -> str:
     experiment: Any = entry.experiment
     return str(experiment.drive)
-
-
-def _readable(entries: Sequence[Entry]) -> list[Entry]:
-    """As many samples as curves can be told apart, at least four."""
-    return few(entries, max(_LINES // len({entry.performer for entry in entries}), 4))

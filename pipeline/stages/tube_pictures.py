@@ -9,7 +9,7 @@ import numpy as np
 from lab.experiments import PinchedBending
 from lab.experiments.pinch_drive import STAGES
 from lab.records import Record
-from pipeline.stages.picking import few, file_word
+from pipeline.stages.picking import LINES, few, file_word, readable
 from results import scenes, sensitivity
 from results.accuracy import Entry
 from results.figures import closing, drops, hinge_axes, hinge_stiffness, pushes, recovery, sections, sensitivities
@@ -18,8 +18,8 @@ from results.pinch_series import PinchSeries, pinch_series
 from results.report import Picture
 from results.store import read_record
 
-#: Lines in a figure of curves, tiles of sections, and columns of scenes.
-_LINES, _TILES, _PANELS = 12, 12, 6
+#: Tiles of sections, and columns of scenes.
+_TILES, _PANELS = 12, 6
 
 Scenes = Iterator[tuple[scenes.Scene, Picture]]
 
@@ -40,7 +40,7 @@ def figures_of_tubes(name: str, found: Sequence[Entry], folder: Path) -> Iterato
         yield from _of_bending(name, told, folder)
     elif seen := [entry for entry in told if kind == "ShapeRecovery" and "section" in entry.record.channels]:
         path = recovery.recovery_story(
-            _readable(seen), f"{name}: does the tube come back?", folder / f"{name}_recovery.png"
+            readable(seen), f"{name}: does the tube come back?", folder / f"{name}_recovery.png"
         )
         yield Picture(path, f"{name}: flattening of the loaded tube from pinch to recovery", name)
 
@@ -52,7 +52,7 @@ def joint_figures(found: Sequence[Entry], folder: Path) -> Iterator[Picture]:
     shown = [replace(entry, slug=entry.campaign) for entry in pushes_alone if _told(entry)]
     if shown:
         name = shown[0].campaign
-        path = pushes.bending_curves(_readable(shown), "push tests", folder / f"{name}_pushes.png")
+        path = pushes.bending_curves(readable(shown), "push tests", folder / f"{name}_pushes.png")
         yield Picture(path, "push tests: load against motion, open and pinched, beside the measured slopes", name)
     if groups := sensitivities.by_result(sensitivity.sensitivities(found)):
         name = next(iter(groups.values()))[0].entry.campaign
@@ -87,12 +87,12 @@ def _slugs(found: Sequence[Entry], campaign: str) -> set[str]:
 
 
 def _of_pinch(name: str, told: Sequence[Entry], folder: Path) -> Iterator[Picture]:
-    path = closing.closing_curves(_readable(told), f"{name}: what it takes to close", folder / f"{name}_closing.png")
+    path = closing.closing_curves(readable(told), f"{name}: what it takes to close", folder / f"{name}_closing.png")
     yield Picture(path, f"{name}: pinching force against deformation", name)
     bent = [entry for entry in told if "flexibility" in entry.record.channels]
     if bent:
         path = folder / f"{name}_hinge.png"
-        hinge_stiffness.stiffness_over_travel(_readable(bent), f"{name}: how the hinge comes up", path)
+        hinge_stiffness.stiffness_over_travel(readable(bent), f"{name}: how the hinge comes up", path)
         yield Picture(path, f"{name}: bending stiffness about and across the hinge along the pinch", name)
     # Of a PRB model, the section is a figure of speech.
     seen = [entry for entry in told if "section" in entry.record.channels and entry.record.origin != "prb"]
@@ -111,9 +111,9 @@ def _of_bending(name: str, told: Sequence[Entry], folder: Path) -> Iterator[Pict
     # A push test of a single sample stands beside the others, in a figure of its own.
     if bent and not (_is_push(bent[0]) and len(_slugs(told, name)) == 1):
         path = folder / f"{name}_bending.png"
-        pushes.bending_curves(_readable(bent), f"{name}: load against motion", path)
+        pushes.bending_curves(readable(bent), f"{name}: load against motion", path)
         caption = f"{name}: load against motion of its point, open and pinched"
-        yield Picture(path, caption, name, folded=len(_slugs(told, name)) > _LINES)
+        yield Picture(path, caption, name, folded=len(_slugs(told, name)) > LINES)
     for number, moved in enumerate(_by_load(told)):
         path = folder / f"{name}_block{number or ''}.png"
         drops.block_paths(few(moved, _PANELS), f"{name}: where the load takes the distal block", path)
@@ -156,11 +156,6 @@ def scenes_of_tubes(name: str, inside: Sequence[Entry], root: Path, folder: Path
         caption = f"{name}, {sample_name(entry.slug)}: on the way; below: cut at mid-length"
         picture = Picture(folder / f"{name}_way_{file_word(entry.slug)}.png", caption, name, folded=True)
         yield _scene(picture, panels, len(states)), picture
-
-
-def _readable(entries: Sequence[Entry]) -> list[Entry]:
-    """As many samples as curves can be told apart, at least four."""
-    return few(entries, max(_LINES // len({entry.performer for entry in entries}), 4))
 
 
 _ENDS = {

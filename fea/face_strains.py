@@ -1,0 +1,36 @@
+"""Strains on the faces of shells, where bending makes them largest."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fea import shell_geometry as geometry
+from fea.shell import Shell
+
+Array = NDArray[np.float64]
+
+
+def face_strains(part: Shell, x: Array, cells: NDArray[np.bool_] | None = None) -> Array:
+    """Green-Lagrange strains (elements, 8, 3, 3) at 2 x 2 Gauss places of either face.
+
+    Parameters
+    ----------
+    x
+        Displacements of the shell's nodes (n, 3), m.
+    cells
+        Which elements (elements,); None: all.
+    """
+    which = slice(None) if cells is None else cells
+    ends = (part.points + x)[part.cells].reshape(-1, 9, 2, 3)
+    after = ends.mean(axis=2), 0.5 * (ends[:, :, 1] - ends[:, :, 0])
+    old, new = (geometry.jacobians(middle[which], half[which], _FACES) for middle, half in (part._nodal, after))
+    gradient = np.linalg.solve(old, new)
+    return np.asarray(0.5 * (gradient @ np.swapaxes(gradient, -1, -2) - np.eye(3)))
+
+
+def _faces() -> Array:
+    """Places on the lower and upper face of a shell's elements (8, 3): 2 x 2 Gauss, where strains are best."""
+    g = 1 / np.sqrt(3)
+    return np.array([[r, s, z] for r in (-g, g) for s in (-g, g) for z in (-1.0, 1.0)])
+
+
+_FACES = _faces()
