@@ -5,7 +5,6 @@ from time import perf_counter
 from fea.finned_device import FinExperiment, set_up
 from fea.finned_stages import Play
 from fea.model import FeaModel
-from fea.pictures import fields
 from fea.setting_up import Mesh, how, said, warm_up
 from lab.records import Record
 from lab.specimens import FinnedTube
@@ -26,15 +25,14 @@ def perform(specimen: FinnedTube, experiment: FinExperiment, model: FeaModel, me
         notes.append(f"done in time with steadying viscosity: {play.reason}")
         play = _played(specimen, experiment, model, mesh, 1.0)
     seconds, sensed, device = perf_counter() - began, play.sensed, play.device
-    shown = sensed.pictured()
-    told = how(device.part, model, device.problem.linear, seconds, play.history.summary())
+    told = how(device.parts, model, device.problem.linear, seconds, play.history.summary())
     return Record(
         **said(specimen, experiment, model),
         channels=sensed.channels(),
         how=told | {"notes": notes, "mirrors": device.mirrors},
         status="diverged" if play.reason else "completed",
         reason=play.reason,
-        fields=fields(device.part, [float(n) for n in shown], [sensed.states[n] for n in shown]),
+        fields=sensed.pictures(),
     )
 
 

@@ -1,4 +1,8 @@
-"""A tube with fins as a case: one shell of three sheets, fins tied to the wall, the pinch, contact, the plate."""
+"""A tube with fins as a case: three sheets, fins tied to the wall, the pinch, contact, the plate.
+
+The tube is a shell.  Fins are hexahedra by default: a shell's transverse shear is constant through its thickness, which
+oblique directors at a fin's root turn into a joint that gives way (``tests/verification/test_finned_joint.py``).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,16 +17,19 @@ from fea.case import Case
 from fea.chambers import ChamberRow
 from fea.contact import ContactLaw, Plane, PlaneContact, SurfaceContact
 from fea.model import FeaModel
+from fea.parts import Deformable
 from fea.plate_edge import PlateEdge
 from fea.problem import Problem
 from fea.setting_up import Mesh
+from fea.sheet import Face, Sheet, SheetElement
 from fea.shell import Shell
 from fea.surface import Surface
 from fea.tendons import Ramp
 from fea.ties import closest_points
 from lab.experiments import FinPush, ShapePropagation
 from lab.specimens import FinnedTube
-from meshes.finned_tube import Body, fin_parameters, thickness_and_directors
+from meshes.finned_tube import BODIES, Body, fin_middle, fin_parameters, half_thickness
+from meshes.layered import body_alone
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -44,6 +51,10 @@ class Device:
 
     Attributes
     ----------
+    sheets
+        Tube and fins, in the order of their nodes.
+    points
+        All nodes at rest (N, 3), m.
     drive
         Approach of top and bottom, m, or pressure, Pa, over time.
     grip
@@ -57,7 +68,8 @@ class Device:
     """
 
     specimen: FinnedTube
-    part: Shell
+    sheets: dict[Body, Sheet]
+    points: Array
     problem: Problem
     drive: Ramp
     grip: Ints
@@ -65,6 +77,21 @@ class Device:
     plate: PlateEdge | None = None
     walls: PlaneContact | SurfaceContact | None = None
     chambers: ChamberRow | None = None
+
+    @property
+    def tube(self) -> Sheet:
+        """The tube's wall."""
+        return self.sheets["tube"]
+
+    @property
+    def fin(self) -> Sheet:
+        """The fin at +x."""
+        return self.sheets["fin"]
+
+    @property
+    def parts(self) -> list[Deformable]:
+        """Of the sheets, in order."""
+        return [sheet.part for sheet in self.sheets.values()]
 
     @property
     def copies(self) -> int:
@@ -78,57 +105,46 @@ class Device:
 
     def approach(self, x: Array) -> float:
         """Of the crest lines' outside at mid-length, m."""
-        moved = [side * float(x[nodes[0], 1]) for side, nodes in self._outer_crest.items()]
+        moved = [side * float(x[node, 1]) for side, node in self._outer_crest.items()]
         return -(2 * moved[0] if "y" in self.mirrors else sum(moved))
 
     @cached_property
-    def _outer_crest(self) -> dict[int, Ints]:
-        """Nodes of the outside under the pinch's middle (1,) each."""
+    def _outer_crest(self) -> dict[int, int]:
+        """Node of the outside under the pinch's middle, by side."""
         result = {}
-        for side, nodes in crest(self.part, self.specimen, "top").items():
-            away = np.abs(self.part.points[nodes, 2] - self.specimen.length / 2)
-            result[side] = nodes[[int(away.argmin())]]
+        for side, nodes in crest(self.tube, self.points, "upper").items():
+            away = np.abs(self.points[nodes, 2] - self.specimen.length / 2)
+            result[side] = int(nodes[away.argmin()])
         return result
 
     def pressure(self, t: float) -> float:
         """In the chambers, Pa."""
         return self.drive(t) if self.chambers is not None else 0.0
 
-    def middle(self, x: Array, surface_nodes: Ints) -> Array:
-        """Displacements (n, 3), m, of the middle surface."""
-        return 0.5 * (x[2 * surface_nodes] + x[2 * surface_nodes + 1])
-
-    # -- places on the middle surface ------------------------------------------------------------
-
-    def nodes_of(self, body: Body) -> Ints:
-        """Surface nodes of a sheet, ascending."""
-        return np.unique(self.part.surface_cells[bodies(self.part)[body]])
+    # -- places on the middle surfaces -----------------------------------------------------------
 
     @cached_property
     def corner(self) -> Ints:
-        """Surface node at P (1,)."""
-        fin = self.nodes_of("fin")
-        away = np.linalg.norm(self.part.mid[fin] - self.specimen.tip_corner, axis=1)
-        return fin[[int(away.argmin())]]
+        """Surface node of the fin at P (1,)."""
+        away = np.linalg.norm(self.fin.mid - self.specimen.tip_corner, axis=1)
+        return np.array([away.argmin()])
 
     @cached_property
     def crown(self) -> Ints:
         """Surface nodes of the crown of the fin at +x, from crease to tip."""
-        fin = self.nodes_of("fin")
-        fin = fin[np.abs(self.part.mid[fin, 1]) < _NEAR * self.specimen.radius]
-        return fin[np.argsort(self.part.mid[fin] @ self.specimen.fin_axis)]
+        on = np.flatnonzero(np.abs(self.fin.mid[:, 1]) < _NEAR * self.specimen.radius)
+        return on[np.argsort(self.fin.mid[on] @ self.specimen.fin_axis)]
 
     @cached_property
     def tip(self) -> Ints:
         """Surface nodes of the tip of the fin at +x, in order along y."""
-        there = np.intersect1d(self.part.layer("tip", "bottom") // 2, self.nodes_of("fin"))
-        return there[np.argsort(self.part.mid[there, 1])]
+        there = self.fin.edge("tip")
+        return there[np.argsort(self.fin.mid[there, 1])]
 
     def section(self, x: Array) -> Array:
         """x and y of the middle of the wall at mid-length (m, 2), m, all around, in order from +x."""
         nodes, shares, signs = self._ring
-        now = self.part.mid[nodes] + self.middle(x, nodes.ravel()).reshape(*nodes.shape, 3)
-        return np.einsum("mk,mkc->mc", shares, now)[:, :2] * signs
+        return np.einsum("mk,mkc->mc", shares, self.tube.now(x, nodes))[:, :2] * signs
 
     @cached_property
     def _ring(self) -> tuple[Ints, Array, Array]:
@@ -140,24 +156,18 @@ class Device:
                 signs[:, axis] = 1.0
         specimen = self.specimen
         places = np.column_stack([specimen.mid_radius * ring * signs, np.full(_AROUND, specimen.length / 2)])
-        sheet = Surface(self.part.surface_cells[bodies(self.part)["tube"]])
-        nodes, shares = closest_points(sheet, self.part.mid, places, 0.01 * specimen.radius)
+        nodes, shares = closest_points(Surface(self.tube.cells), self.tube.mid, places, 0.01 * specimen.radius)
         return nodes, shares, signs
 
     def gap(self, x: Array) -> float:
         """Smallest distance of the inner walls under the crest lines, m."""
-        height = (self.part.points + x[: self.part.nodes])[:, 1]
+        height = (self.points + x[: len(self.points)])[:, 1]
         upper = float(height[self._inner_crest[1]].min())
         return 2 * upper if "y" in self.mirrors else upper - float(height[self._inner_crest[-1]].max())
 
     @cached_property
     def _inner_crest(self) -> dict[int, Ints]:
-        return crest(self.part, self.specimen, "bottom")
-
-
-def bodies(part: Shell) -> dict[Body, Ints]:
-    """Elements of every sheet."""
-    return {name: np.asarray(cells) for name, cells in (part.mesh.subdomains or {}).items()}
+        return crest(self.tube, self.points, "lower")
 
 
 def set_up(
@@ -182,155 +192,156 @@ def set_up(
     if why := experiment.misfit(specimen):
         raise ValueError(why)
     specimen = model.applied_to(specimen)
-    part = sheets(specimen, model, mesh)
+    sheets = make_sheets(specimen, model, mesh)
+    tube, fin = sheets["tube"], sheets["fin"]
     mirrors = "".join(a for a, edge in (("x", "crest"), ("y", "side")) if edge in (mesh.boundaries or {}))
-    case = Case(part, solver=model.linear_solver)
-    tied = _tie_fins(case, part)
-    _mirror(case, part, mirrors, tied)
-    drive, grip = Ramp(), _grip(part, specimen, experiment.pinched_length(specimen))
-    _hold(case, part, mirrors, grip)
+    case = Case(*(sheet.part for sheet in sheets.values()), solver=model.linear_solver)
+    tied = _tie_fins(case, sheets)
+    _mirror(case, mirrors, tied)
+    drive, grip = Ramp(), _grip(tube, case.points, specimen, experiment.pinched_length(specimen))
+    _hold(case, mirrors, grip)
     if experiment.drive == "pressure" and "y" not in mirrors:
         raise ValueError("chambers are inflated alike above and below: take a quarter or a half (y >= 0)")
     if experiment.drive == "pinch":
         for side, nodes in grip.items():
             case.fix(nodes, "y", to=-0.5 * side, ramp=drive)
     device: dict[str, Any] = {}
-    _add_contact(case, part, specimen, experiment, mirrors, device)
+    if isinstance(experiment, FinPush):
+        _add(case, device, "plate", lambda points: _plate(fin, specimen, experiment, points))
+    _add_walls(case, tube, specimen, experiment, mirrors, device)
     if experiment.drive == "pressure":
-        _inflate(case, part, specimen, model, drive, device)
+        _add(case, device, "chambers", lambda points: _chambers(tube, specimen, model, drive))
     problem = case.problem(seconds)
-    return Device(specimen, part, problem, drive, grip[1], mirrors, **device)
+    return Device(specimen, sheets, case.points, problem, drive, grip[1], mirrors, **device)
 
 
-def sheets(specimen: FinnedTube, model: FeaModel, mesh: MeshQuad2) -> Shell:
-    """Tube and fins as one shell of unconnected sheets."""
-    points, cells = mesh.doflocs.T, mesh.dofs.element_dofs.T
-    thickness, directions = np.empty(len(points)), np.empty((len(points), 3))
-    for body, elements in (mesh.subdomains or {}).items():
-        nodes = np.unique(cells[elements])
-        thickness[nodes], directions[nodes] = thickness_and_directors(specimen, points[nodes], body)
+def make_sheets(specimen: FinnedTube, model: FeaModel, mesh: MeshQuad2) -> dict[Body, Sheet]:
+    """Tube and fins as unconnected parts, tube first; fins of ``model.fin_element``."""
     steady = max(specimen.material.viscous_time, model.steadying)
     material = specimen.material.model_copy(update={"viscous_time": steady})
-    return Shell(mesh, thickness, material, directors=directions)
+    result: dict[Body, Sheet] = {}
+    nodes = 0
+    for body in (name for name in BODIES if name in (mesh.subdomains or {})):
+        surface = body_alone(mesh, body)
+        half = half_thickness(specimen, surface.doflocs.T, body)
+        element: SheetElement = "shell" if body == "tube" else model.fin_element
+        middle = fin_middle(specimen, surface) if body != "tube" else None
+        result[body] = Sheet.make(surface, half, material, element, nodes, middle)
+        nodes += result[body].part.nodes
+    return result
 
 
-def _tie_fins(case: Case, part: Shell) -> Ints:
-    """Nodes of both layers of the creases, which now ride on the outside of the tube."""
-    outside = Surface(part.surface("top").facets[bodies(part)["tube"]])
-    crease = part.layer("crease")
-    case.tie(crease, outside)
+def _tie_fins(case: Case, sheets: dict[Body, Sheet]) -> Ints:
+    """Nodes of the creases through the thickness, which now ride on the outside of the tube."""
+    fins = [sheet for body, sheet in sheets.items() if body != "tube"]
+    crease = np.concatenate([fin.through[fin.edge("crease")].ravel() for fin in fins])
+    case.tie(crease, sheets["tube"].face("upper"))
     return crease
 
 
-def _mirror(case: Case, part: Shell, mirrors: str, tied: Ints) -> None:
-    points, size = part.points, float(np.ptp(part.points[:, 2]))
+def _mirror(case: Case, mirrors: str, tied: Ints) -> None:
+    points, size = case.points, float(np.ptp(case.points[:, 2]))
     for axis in mirrors:
         there = np.flatnonzero(np.abs(points[:, "xyz".index(axis)]) < _NEAR * size)
         # Tied nodes keep to the plane with what they are tied to.
         case.fix(np.setdiff1d(there, tied), axis)
 
 
-def _hold(case: Case, part: Shell, mirrors: str, grip: dict[int, Ints]) -> None:
+def _hold(case: Case, mirrors: str, grip: dict[int, Ints]) -> None:
     """Keep the device where it is by the crest lines, without force while it is symmetric."""
     for nodes in grip.values():
-        heights = part.points[nodes, 2]
+        heights = case.points[nodes, 2]
         case.fix(nodes[[int(np.abs(heights - heights.mean()).argmin())]], "z")
         if "x" not in mirrors:
             case.fix(nodes, "x")
 
 
-def _grip(part: Shell, specimen: FinnedTube, length: float) -> dict[int, Ints]:
+def _grip(tube: Sheet, points: Array, specimen: FinnedTube, length: float) -> dict[int, Ints]:
     """Outer nodes of the crest lines above (1) and below (-1) that the pinch moves."""
     result = {}
-    for side, nodes in crest(part, specimen, "top").items():
-        away = np.abs(part.points[nodes, 2] - specimen.length / 2)
+    for side, nodes in crest(tube, points, "upper").items():
+        away = np.abs(points[nodes, 2] - specimen.length / 2)
         result[side] = nodes[away <= length / 2 + _NEAR * specimen.radius]
         if len(result[side]) < 3:
             raise ValueError("the mesh has no nodes on the crest where the pinch is: make it by meshes.finned_tube")
     return result
 
 
-def crest(part: Shell, specimen: FinnedTube, layer: str) -> dict[int, Ints]:
-    """Nodes of a layer of the wall on the crest lines above (1) and below (-1)."""
-    nodes = np.unique(part.surface(layer).facets[bodies(part)["tube"]])
-    on = nodes[np.abs(part.points[nodes, 0]) < _NEAR * specimen.radius]
-    sides = {side: on[side * part.points[on, 1] > 0] for side in (1, -1)}
+def crest(tube: Sheet, points: Array, face: Face) -> dict[int, Ints]:
+    """Nodes of a face of the wall on the crest lines above (1) and below (-1); ``points`` of the case (N, 3), m."""
+    nodes = tube.face(face).nodes
+    on = nodes[np.abs(points[nodes, 0]) < _NEAR * float(np.ptp(tube.mid[:, 2]))]
+    sides = {side: on[side * points[on, 1] > 0] for side in (1, -1)}
     return {side: found for side, found in sides.items() if len(found)}
 
 
-def _add_contact(
-    case: Case, part: Shell, specimen: FinnedTube, experiment: FinExperiment, mirrors: str, made: dict[str, Any]
+def _add(case: Case, made: dict[str, Any], name: str, make: Callable[[Array], Any]) -> None:
+    """A term that comes into ``made`` as it is made."""
+
+    def remembered(points: Array) -> Any:
+        made[name] = make(points)
+        return made[name]
+
+    case.add(remembered)
+
+
+def _add_walls(
+    case: Case, tube: Sheet, specimen: FinnedTube, experiment: FinExperiment, mirrors: str, made: dict[str, Any]
 ) -> None:
-    """What may touch: the plate, inner walls, fins and tube; terms come into ``made`` as they are made."""
-
-    def add(name: str, make: Callable[[Array], Any]) -> None:
-        def remembered(points: Array) -> Any:
-            made[name] = make(points)
-            return made[name]
-
-        case.add(remembered)
-
-    if isinstance(experiment, FinPush):
-        add("plate", lambda points: _plate(part, specimen, experiment, points))
+    """Contact of the inner walls, where they come near."""
     pressed = experiment.drive == "pressure"
     left = 0.0 if pressed else 2 * specimen.inner_radius - experiment.travel
     if left > _CLOSE * specimen.wall:
         return
-    law, upper = ContactLaw(specimen.material.youngs_modulus, specimen.wall), _standing(part, 1.0)
+    law, upper = ContactLaw(specimen.material.youngs_modulus, specimen.wall), _standing(tube, 1.0)
     if "y" in mirrors:
         # Chambers in the way meet their images before the walls do.
         height = specimen.chambers.height if pressed else 0.0
         plane = Plane(np.array([0.0, height, 0.0]), np.array([0.0, 1.0, 0.0]))
-        add("walls", lambda points: PlaneContact(upper, points, plane, law))
+        _add(case, made, "walls", lambda points: PlaneContact(upper, points, plane, law))
     else:
-        add("walls", lambda points: SurfaceContact(upper, _standing(part, -1.0), points, law))
+        _add(case, made, "walls", lambda points: SurfaceContact(upper, _standing(tube, -1.0), points, law))
 
 
-def _inflate(case: Case, part: Shell, specimen: FinnedTube, model: FeaModel, drive: Ramp, made: dict[str, Any]) -> None:
+def _chambers(tube: Sheet, specimen: FinnedTube, model: FeaModel, drive: Ramp) -> ChamberRow:
     """The chambers of the upper side, as far as the part has them."""
     chambers, inside = specimen.chambers, specimen.inner_radius
     half = chambers.number * chambers.pitch(inside) / 2
-    quarter = 0.5 if "crest" in (part.mesh.boundaries or {}) else 1.0
+    quarter = 0.5 if "crest" in (tube.mesh.boundaries or {}) else 1.0
     wall = chambers.wall
     cavity = (chambers.width - 2 * wall) * (chambers.height - wall) * (chambers.length - 2 * wall)
 
     def within(places: Array) -> NDArray[np.bool_]:
-        angle, radius = np.arctan2(places[:, 1], places[:, 0]), np.hypot(places[:, 0], places[:, 1])
-        near = np.abs(places[:, 2] - specimen.length / 2) < chambers.length / 2
-        return (np.abs(angle - np.pi / 2) < half) & near & (radius < specimen.radius)
+        angle = np.arctan2(places[:, 1], places[:, 0])
+        return (np.abs(angle - np.pi / 2) < half) & (np.abs(places[:, 2] - specimen.length / 2) < chambers.length / 2)
 
     def across(places: Array) -> Array:
         size = np.hypot(places[:, 0], places[:, 1])
         return np.column_stack([-places[:, 1] / size, places[:, 0] / size, np.zeros(len(places))])
 
-    def row(points: Array) -> ChamberRow:
-        stiffness = model.chamber_tops * specimen.material.youngs_modulus * wall
-        made["chambers"] = ChamberRow(
-            part, within, chambers.height, quarter * chambers.number * cavity, stiffness, across, drive
-        )
-        return made["chambers"]
-
-    case.add(row)
+    assert isinstance(tube.part, Shell)
+    stiffness = model.chamber_tops * specimen.material.youngs_modulus * wall
+    return ChamberRow(
+        tube.part, within, chambers.height, quarter * chambers.number * cavity, stiffness, across, drive
+    )  # fmt: skip
 
 
-def _standing(part: Shell, side: float) -> Surface:
+def _standing(tube: Sheet, side: float) -> Surface:
     """Inside of the tube above (1) or below (-1), without what stands upright beside y = 0."""
-    inside = part.surface("bottom").facets[bodies(part)["tube"]]
-    middles = part.points[inside].mean(axis=1)
-    return Surface(inside[side * middles[:, 1] > 0.6 * np.abs(middles[:, 0])])
+    middles = tube.mid[tube.cells].mean(axis=1)
+    return tube.face("lower", np.flatnonzero(side * middles[:, 1] > 0.6 * np.abs(middles[:, 0])))
 
 
-def _plate(part: Shell, specimen: FinnedTube, push: FinPush, points: Array) -> PlateEdge:
-    fin = np.unique(part.surface_cells[bodies(part)["fin"]])
-    psi, along = fin_parameters(specimen, part.mid[fin])
+def _plate(fin: Sheet, specimen: FinnedTube, push: FinPush, points: Array) -> PlateEdge:
+    psi, along = fin_parameters(specimen, fin.mid)
     order = np.lexsort((along, np.round(psi / _NEAR)))
     _, counts = np.unique(np.round(psi / _NEAR), return_counts=True)
-    columns = fin[order].reshape(len(counts), -1)
-    angles = psi[order].reshape(columns.shape)[:, 0]
+    columns = order.reshape(len(counts), -1)
+    angles = psi[columns[:, 0]]
     shares = np.gradient(angles)
     shares[[0, -1]] /= 2
-    face = 2 * columns + (push.sense == "equal")
+    face = fin.through[columns, -1 if push.sense == "equal" else 0]
     return PlateEdge(
-        face, shares / specimen.fin_arc, along[order].reshape(columns.shape), points,
+        face, shares / specimen.fin_arc, along[columns], points,
         _PLATE * specimen.material.youngs_modulus * specimen.fin_thickness, specimen.fin_thickness,
     )  # fmt: skip

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from fea.face_strains import face_strains
 from fea.finned_device import Device
-from fea.shell import Shell
+from fea.parts import Deformable
+from fea.pictures import fields, together
 from lab.experiments.fin_drive import FIN_STAGES
-from lab.records import Channel, channels
+from lab.records import Channel, Fields, channels
 
 Array = NDArray[np.float64]
 
@@ -25,43 +26,57 @@ class Sensed:
 
     def read(self, stage: str, state: Array, t: float) -> None:
         """Sense an accepted increment."""
-        device, part = self.device, self.device.part
+        device = self.device
         x = device.problem.displacement(state, t)
         row = {
             "travel": device.approach(x),
             "force": device.pinch_force(state, t),
             "pressure": device.pressure(t),
-            "p": device.middle(x, device.corner)[0],
+            "p": device.fin.moved(x, device.corner)[0],
             "tip": self._tip_middle(x),
             "section": device.section(x),
             "fin_radius": self._fin_radius(x),
             "fin_angle": self._fin_angle(x),
             "gap": device.gap(x),
-            "energy": device.copies * float(part.strain_energy(x[: part.nodes]).sum()),
-            "strain": largest_strain(part, x[: part.nodes]),
+            "energy": device.copies * sum(float(part.strain_energy(u).sum()) for part, u in self._of_parts(x)),
+            "strain": max(largest_strain(part, u) for part, u in self._of_parts(x)),
         }
         if device.plate is not None:
             pressing = (2 if "y" in device.mirrors else 1) * device.plate.pressing(x, t)
             along = device.plate.place(x, t) - device.specimen.crown_along
             row |= {"grip_force": row["force"], "force": pressing, "push": device.plate.way(t), "contact": along}
         self.stage.append(FIN_STAGES.index(stage))
-        self.states.append(x[: part.nodes].copy())
+        self.states.append(x[: len(device.points)].copy())
         self._rows.append({name: np.asarray(value, dtype=float) for name, value in row.items()})
 
     def column(self, name: str) -> Array:
         """One quantity at all increments."""
         return np.array([row[name] for row in self._rows])
 
+    def pictures(self) -> Fields:
+        """The states that ``pictured`` chooses, of all parts."""
+        shown = self.pictured()
+        states = [self._of_parts(self.states[n]) for n in shown]
+        values = [float(n) for n in shown]
+        return together(
+            [fields(part, values, [state[i][1] for state in states]) for i, part in enumerate(self.device.parts)]
+        )
+
+    def _of_parts(self, x: Array) -> list[tuple[Deformable, Array]]:
+        """Every part with its nodes' share of displacements (N, 3)."""
+        parts = self.device.parts
+        ends = np.cumsum([0, *(part.nodes for part in parts)])
+        return [(part, x[a:b]) for part, a, b in zip(parts, ends[:-1], ends[1:], strict=True)]
+
     def _tip_middle(self, x: Array) -> Array:
-        return np.asarray(self.device.middle(x, self.device.crown[-1:])[0])
+        return np.asarray(self.device.fin.moved(x, self.device.crown[-1:])[0])
 
     def _fin_angle(self, x: Array) -> float:
-        ends = self.device.crown[[0, -1]]
-        along = np.diff(self.device.part.mid[ends] + self.device.middle(x, ends), axis=0)[0]
+        along = np.diff(self.device.fin.now(x, self.device.crown[[0, -1]]), axis=0)[0]
         return float(np.arctan2(along[0], along[2]))
 
     def _fin_radius(self, x: Array) -> float:
-        tip = self.device.part.mid[self.device.tip] + self.device.middle(x, self.device.tip)
+        tip = self.device.fin.now(x, self.device.tip)
         if "y" in self.device.mirrors:
             tip = np.concatenate([tip[:0:-1] * [1.0, -1.0, 1.0], tip])
         return fitted_radius(tip)
@@ -124,6 +139,6 @@ def fitted_radius(points: Array) -> float:
     return float(np.sqrt(c * scale + a**2 + b**2))
 
 
-def largest_strain(part: Shell, x: Array) -> float:
-    """Largest principal Green-Lagrange strain on the faces of a shell at displacements (nodes, 3), m."""
+def largest_strain(part: Deformable, x: Array) -> float:
+    """Largest principal Green-Lagrange strain on the faces of a sheet at displacements (nodes, 3), m."""
     return float(np.linalg.eigvalsh(face_strains(part, x))[..., -1].max())

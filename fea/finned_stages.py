@@ -74,8 +74,8 @@ class Play:
         """Bring the plate to the fin, across its crown as that stands now, and move it on."""
         device, plate = self.device, self.device.plate
         assert plate is not None
-        now = device.part.mid[device.crown] + device.middle(self.x, device.crown)
-        along = fin_parameters(device.specimen, device.part.mid[device.crown])[1] - device.specimen.crown_along
+        now = device.fin.now(self.x, device.crown)
+        along = fin_parameters(device.specimen, device.fin.mid[device.crown])[1] - device.specimen.crown_along
         edge = np.array([np.interp(experiment.place * device.specimen.fin_length, along, axis) for axis in now.T])
         upwards = now[-1] - now[0]
         upwards /= np.linalg.norm(upwards)

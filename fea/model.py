@@ -25,14 +25,14 @@ DEFAULT_MESHES: dict[str, dict[str, MeshOptions]] = {
         "mesh": MeshOptions(),
         "motion_mesh": MeshOptions(along=12, across=4, through=1),
         "tube_mesh": MeshOptions(along=24, across=8, through=1, grading_along=0.5),
-        "fin_mesh": MeshOptions(along=16, across=10, through=1, grading_along=0.0),
+        "fin_mesh": MeshOptions(along=16, across=10, through=1, grading_along=0.5),
     },
     # Elements smaller than the shell is thick resolve nothing at the clamps: evener than solids.
     "shell": {
         "mesh": MeshOptions(along=12, across=4, through=1, grading_along=0.5, grading_across=0.0),
         "motion_mesh": MeshOptions(along=8, across=4, through=1, grading_along=0.7, grading_across=0.0),
         "tube_mesh": MeshOptions(along=24, across=8, through=1, grading_along=0.5),
-        "fin_mesh": MeshOptions(along=16, across=10, through=1, grading_along=0.0),
+        "fin_mesh": MeshOptions(along=16, across=10, through=1, grading_along=0.5),
     },
 }
 
@@ -66,6 +66,10 @@ class FeaModel(Frozen):
     #: Mesh of tubes with fins: elements along the tube, and over a quarter of its circumference.
     fin_mesh: MeshOptions = Field(
         DEFAULT_MESHES["solid"]["fin_mesh"], description="Of tubes with fins: across counts over a quarter around."
+    )
+    #: A shell's joint of fin and tube gives way too much; hexahedra lock a little where fins are very thin.
+    fin_element: Literal["solid", "shell"] = Field(
+        "solid", description="Tubes with fins: elements of the fins, 27-node hexahedra or 18-node solid shells."
     )
     #: Part of a tube with fins that is solved; the rest are its mirror images.
     fin_part: FinnedPart | None = Field(

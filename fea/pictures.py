@@ -1,6 +1,7 @@
 """Deformed states of a body in VTK's order, for the record's fields."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,26 @@ def shape_fields(part: Deformable, values: Sequence[float], shapes: Array) -> Fi
     """States that show shapes (states, nodes, 3), m, of linear vibrations; arguments as in ``fields``."""
     density = np.array([part.strain_energy(_SMALL * u) / part.volumes / _SMALL**2 for u in shapes])
     return _fields(part, values, list(shapes), density, "mean strain energy density of linear strains")
+
+
+def together(pictures: Sequence[Fields]) -> Fields:
+    """The same states of several parts in one picture; all cells are of one type."""
+    starts = np.cumsum([0, *(len(one.points) for one in pictures[:-1])])
+
+    def joined(of: Callable[[Fields], Mapping[str, Channel]]) -> dict[str, Channel]:
+        first = of(pictures[0])
+        return {
+            name: replace(channel, values=np.concatenate([of(one)[name].values for one in pictures], axis=1))
+            for name, channel in first.items()
+        }
+
+    return replace(
+        pictures[0],
+        points=np.concatenate([one.points for one in pictures]),
+        cells=np.concatenate([one.cells + start for one, start in zip(pictures, starts, strict=True)]),
+        point_data=joined(lambda one: one.point_data),
+        cell_data=joined(lambda one: one.cell_data),
+    )
 
 
 def _fields(

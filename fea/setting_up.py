@@ -1,5 +1,6 @@
 """What every experiment does before and after its solution."""
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -94,16 +95,23 @@ def _body(specimen: TwistedBeam, mesh: MeshHex2) -> Body:
 
 
 def how(
-    part: Deformable, model: FeaModel, solver: LinearSolver | str, seconds: float, history: dict[str, Any]
-) -> dict[str, Any]:
+    part: Deformable | Sequence[Deformable], model: FeaModel, solver: LinearSolver | str, seconds: float,
+    history: dict[str, Any],
+) -> dict[str, Any]:  # fmt: skip
     """The record's ``how``: plain JSON data."""
-    thickness = {"thickness": float(np.mean(part.thickness))} if isinstance(part, Shell) else {}
+    parts = [part] if isinstance(part, Deformable) else list(part)
+    first, nodes = parts[0], sum(one.nodes for one in parts)
+    thickness = {"thickness": float(np.mean(first.thickness))} if isinstance(first, Shell) else {}
     return {
-        "mesh": {"elements": len(part.cells), "nodes": part.nodes, "element": part.kind},
-        "unknowns": 3 * part.nodes,
-        "material": part.material.model_dump(),
+        "mesh": {
+            "elements": sum(len(one.cells) for one in parts),
+            "nodes": nodes,
+            "element": ", ".join(dict.fromkeys(one.kind for one in parts)),
+        },
+        "unknowns": 3 * nodes,
+        "material": first.material.model_dump(),
         # The specimen's own elements come first.
-        "density": float(np.ravel(np.asarray(part.density, dtype=float))[0]),
+        "density": float(np.ravel(np.asarray(first.density, dtype=float))[0]),
         **thickness,
         "linear_solver": solver if isinstance(solver, str) else solver.name,
         "tolerance": model.tolerance,

@@ -20,7 +20,7 @@ from fea.materials import constants
 from fea.pattern import Pattern
 from fea.per_element import per_element
 from fea.scatter import Scatter
-from fea.surface import Surface
+from fea.surface import FROM_BELOW, Surface
 from lab.materials import Material
 from meshes.node_order import VTK_CELL_TYPE, vtk_reference
 
@@ -32,8 +32,6 @@ _NO_PAST = np.zeros((1, kernels.TIES))
 _NO_STEP = np.zeros((0, 3))
 # Below this many elements starting threads costs more than they save.
 _WORTH_THREADS = 200
-# ElementQuad2 with r and s exchanged: the same facet seen from the other side.
-_FROM_BELOW = np.array([0, 3, 2, 1, 7, 6, 5, 4, 8])
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,7 @@ class Shell:
         if name == "top":
             return Surface(2 * self.surface_cells + 1)
         if name == "bottom":
-            return Surface(2 * self.surface_cells[:, _FROM_BELOW])
+            return Surface(2 * self.surface_cells[:, FROM_BELOW])
         raise ValueError(f"a shell has the surfaces top and bottom, not {name!r}: loads on an edge are forces")
 
     # ------------------------------------------------------------------ mechanics

@@ -11,6 +11,8 @@ from skfem.quadrature import get_quadrature
 
 Array = NDArray[np.float64]
 
+#: ElementQuad2 with r and s exchanged: the same facet seen from the other side.
+FROM_BELOW = np.array([0, 3, 2, 1, 7, 6, 5, 4, 8])
 _ELEMENTS = {"quad9": ElementQuad2, "tri6": ElementTriP2}
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lab.specimens import FinnedTube
 from meshes.finned_grid import QuarterGrid, quarter_grid
 from meshes.gathering import QUADRILATERAL, element_places, gathered
+from meshes.layered import edge_nodes
 from meshes.options import MeshOptions
 from meshes.structured import surface_mesh
 
@@ -27,6 +28,7 @@ FinnedPart = Literal["whole", "half", "half-x", "quarter"]
 PARTS: tuple[FinnedPart, ...] = ("whole", "half", "half-x", "quarter")
 #: Bodies of the mesh: its subdomains.
 Body = Literal["tube", "fin", "other fin"]
+BODIES: tuple[Body, ...] = ("tube", "fin", "other fin")
 
 #: Over so many thicknesses from the root the directors of a fin turn from oblique to normal.
 _TURNING = 6.0
@@ -140,8 +142,7 @@ def sheets(specimen: FinnedTube, options: MeshOptions, part: FinnedPart = "whole
 def half_thickness(specimen: FinnedTube, points: Array, body: Body) -> Array:
     """Vectors from the middle surface of a ``body`` to its upper (convex) face (n, 3), m.
 
-    Radial on the tube and on the fins, but oblique towards a fin's root, whose faces end on the tube's outside.  A
-    shell there gives way somewhat more than a solid: ``tests/verification/test_finned_joint.py`` says how much.
+    Radial on the tube and on the fins, but oblique towards a fin's root, whose faces end on the tube's outside.
 
     Parameters
     ----------
@@ -162,11 +163,14 @@ def half_thickness(specimen: FinnedTube, points: Array, body: Body) -> Array:
     return specimen.fin_thickness / 2 * across + lean[:, None] * specimen.fin_axis
 
 
-def thickness_and_directors(specimen: FinnedTube, points: Array, body: Body) -> tuple[Array, Array]:
-    """``half_thickness`` as whole thickness (n,), m, along unit vectors (n, 3)."""
-    vectors = 2.0 * half_thickness(specimen, points, body)
-    thickness = np.linalg.norm(vectors, axis=1)
-    return thickness, vectors / thickness[:, None]
+def fin_middle(specimen: FinnedTube, fin: "MeshQuad2") -> Array:
+    """Nodes between the faces of a solid fin (n, 3), m: on its middle surface, but at the root on the tube's outside.
+
+    There they meet nodes of the wall, as those of the faces do.
+    """
+    places, root = fin.doflocs.T.copy(), edge_nodes(fin, "crease")
+    places[root, :2] *= specimen.radius / np.linalg.norm(places[root, :2], axis=1, keepdims=True)
+    return places
 
 
 def fin_parameters(specimen: FinnedTube, points: Array) -> tuple[Array, Array]:

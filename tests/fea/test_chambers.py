@@ -34,11 +34,11 @@ def row() -> ChamberRow:
 
 
 def shaken(seed: int) -> np.ndarray:
-    return np.random.default_rng(seed).normal(size=device().part.points.shape)
+    return np.random.default_rng(seed).normal(size=device().points.shape)
 
 
 def test_turning_the_tube_does_no_work():
-    points = device().part.points
+    points = device().points
     c, s = np.cos(0.7), np.sin(0.7)
     motion = points @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]]).T - points
     assert row().growth(motion) == pytest.approx(1.0, rel=1e-12)
@@ -63,7 +63,7 @@ def test_the_tangent_is_that_of_the_forces():
 
 def test_the_layer_of_a_straight_cylinder():
     """Only a cavity's share of the layer is filled: the pressure's work on a swollen radius is that of the cavities."""
-    points = device().part.points
+    points = device().points
     radial = points * [1.0, 1.0, 0.0]
     grown = row().growth(1e-4 * radial) - 1.0
     # The floor's radius grows, the height does not.

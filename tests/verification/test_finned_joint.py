@@ -1,38 +1,33 @@
-"""The fin's joint: against beam theory, and at the crease against tetrahedra of the CAD solid, under a small pinch.
+"""The fin's joint: against beam theory, and at the crease against tetrahedra of the CAD solid, under pinches.
 
-Meshes of 1 mm (45,000 nodes) give s over the approach 0.390 at 60 deg and 0.196 at 35 deg; the tied shells, refined,
-0.400 and 0.213.  A shell's transverse shear is constant through its thickness, which oblique directors turn into a
-joint that gives way more than a solid's: the flatter the fin lies, the more.
+Under a small pinch meshes of 1 mm (45,000 nodes) give s over the approach 0.390 at 60 deg and 0.196 at 35 deg.  Fins of
+hexahedra on the shell of the tube stay 2 to 3 % below that, as the wall's normals do not bend under the fin; fins of
+shells, whose transverse shear is constant through the thickness, sweep 3 and 9 % too far, and more in a full pinch.
 """
 
 import numpy as np
 import pytest
 
-from fea import Body, Case, Shell, static
-from fea.surface import Surface
+from fea import Body, Case, FeaModel, Shell, static
+from fea.finned_device import make_sheets
 from lab.materials import Material
 from lab.specimens import FinnedTube
-from meshes import MeshOptions, finned_surface, mesh_cad, read_mesh
-from meshes.finned_tube import thickness_and_directors
+from meshes import finned_surface, mesh_cad, read_mesh
 from meshes.structured import surface_mesh
 
-APPROACH = 4e-6
+SMALL, FULL = 4e-6, 33e-3
 #: A fin that stands on a wall: length of the wall, height of the fin, width of both, thickness of both, m.
 L, H, B, T = 0.2, 0.1, 0.02, 0.002
 STEEL = Material(youngs_modulus=200e9, poisson_ratio=0.0)
 
 
-def shells(tube):
-    mesh = finned_surface(tube, MeshOptions(along=16, across=10, grading_along=0.0), "quarter")
-    points = mesh.doflocs.T
-    thickness, directors = np.empty(len(points)), np.empty((len(points), 3))
-    for body, cells in mesh.subdomains.items():
-        nodes = np.unique(mesh.dofs.element_dofs[:, cells])
-        thickness[nodes], directors[nodes] = thickness_and_directors(tube, points[nodes], body)
-    part = Shell(mesh, thickness, tube.material, directors=directors)
-    case = Case(part)
-    crease = part.layer("crease")
-    case.tie(crease, Surface(part.surface("top").facets[mesh.subdomains["tube"]]))
+def sheets(tube, element):
+    """The device as the performer has it: a shell with fins of ``element``, and the nodes of its crease."""
+    model = FeaModel.model_validate({"element": "shell", "fin_element": element})
+    made = make_sheets(tube, model, finned_surface(tube, model.fin_mesh, "quarter"))
+    case = Case(*(sheet.part for sheet in made.values()))
+    crease = made["fin"].through[made["fin"].edge("crease")].ravel()
+    case.tie(crease, made["tube"].face("upper"))
     return case, crease
 
 
@@ -41,33 +36,54 @@ def solid(tube, folder):
     return Case(Body(read_mesh(folder / "quarter.msh"), tube.material)), np.zeros(0, dtype=int)
 
 
-def pinched(tube, case, tied):
-    """Motion of P (3,) over the approach, and force over it, N/m; the whole crest is moved through its thickness."""
+def pinched(tube, case, tied, approach, increments):
+    """Motion of P (3,) and force of the pinch, over the approach; the crest's outside is moved where chambers are."""
     points, near = case.points, 1e-8
     for axis, number in (("x", 0), ("y", 1)):
         case.fix(np.setdiff1d(np.flatnonzero(np.abs(points[:, number]) < near), tied), axis)
-    crest = np.flatnonzero((np.abs(points[:, 0]) < near) & (points[:, 1] > tube.radius / 2))
-    case.fix(crest, "y", to=-APPROACH / 2).watch("crest", crest)
+    crest = np.flatnonzero(
+        (np.abs(points[:, 0]) < near)
+        & (points[:, 1] > tube.radius - near)
+        & (np.abs(points[:, 2] - tube.length / 2) < tube.chambers.length / 2 + near)
+    )
+    case.fix(crest, "y", to=-approach / 2).watch("crest", crest)
     case.fix(crest[[np.abs(points[crest, 2] - tube.length / 2).argmin()]], "z")
     edge = tube.fin_places(np.full(2, tube.fin_arc / 2), np.full(2, tube.tip_along), np.array([[-1], [1]]) * 1e-3
                            + tube.mid_radius)  # fmt: skip
     corner = [int(np.linalg.norm(points - place, axis=1).argmin()) for place in edge]
     assert np.linalg.norm(points[corner] - edge, axis=1).max() < near
-    run = static(case.watch("corner", corner), [1.0])
-    return run.displacement("corner")[-1] / APPROACH, -run.reaction("crest")[-1, 1] / APPROACH
+    run = static(case.watch("corner", corner), list(np.linspace(0.0, 1.0, increments + 1)[1:]))
+    return run.displacement("corner")[-1] / approach, -run.reaction("crest")[-1, 1] / approach
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("angle", "fine", "low", "high"), [(60, 0.3903, 0.0, 0.04), (35, 0.1958, 0.0, 0.11)])
-def test_tied_shells_turn_a_little_more_than_the_solid(tmp_path, angle, fine, low, high):
+@pytest.mark.parametrize(
+    ("angle", "approach", "element", "low", "high"),
+    [
+        (60, SMALL, "solid", -0.03, 0.0),
+        (35, SMALL, "solid", -0.04, 0.0),
+        (60, SMALL, "shell", 0.0, 0.06),
+        (35, SMALL, "shell", 0.0, 0.14),
+        (60, FULL, "solid", -0.02, 0.01),
+        (35, FULL, "solid", -0.05, 0.0),
+        (60, FULL, "shell", 0.05, 0.10),
+    ],
+)
+def test_fins_turn_as_those_of_the_solid_do(tmp_path, angle, approach, element, low, high):
+    law = "neo-hookean" if approach == FULL else "saint-venant-kirchhoff"
     tube = FinnedTube(attachment_angle=np.deg2rad(angle))
-    (p, stiffness), (reference, firm) = pinched(tube, *shells(tube)), pinched(tube, *solid(tube, tmp_path))
+    tube = tube.model_copy(update={"material": tube.material.model_copy(update={"law": law})})
+    increments = 12 if approach == FULL else 1
+    p, stiffness = pinched(tube, *sheets(tube, element), approach, increments)
+    reference, firm = pinched(tube, *solid(tube, tmp_path), approach, increments)
     s, expected = np.hypot(p[0], p[2]), np.hypot(reference[0], reference[2])
-    print(f"theta {angle} deg: s over approach {s:.4f}, solid {expected:.4f}; force {stiffness / firm - 1:+.1%}")
-    assert expected == pytest.approx(fine, rel=0.015)
+    print(
+        f"theta {angle} deg, {1e3 * approach:g} mm, fins of {element}: s {s / expected - 1:+.1%} "
+        f"({s:.4f}, {expected:.4f} of the approach), force {stiffness / firm - 1:+.1%}"
+    )
     assert low < s / expected - 1 < high
-    assert -0.08 < stiffness / firm - 1 < 0.0
-    # P hardly moves along y while the tube is nearly round.
+    assert -0.08 < stiffness / firm - 1 < 0.01
+    # P hardly moves along y.
     assert max(abs(p[1]), abs(reference[1])) < 1e-3 * s
 
 
