@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
-from lab.experiments import Experiment, FinPush, ShapePropagation
+from calibrate.bench_datum import BenchDatum
+from lab.experiments import FinPush, ShapePropagation
 from lab.experiments.fin_drive import FIN_STAGES
 from lab.records import Record
-from lab.specimens import FinnedTube, Specimen
+from lab.specimens import FinnedTube
 from prb.fin_curves import TERMS, FinCurves, Four, SenseCurves, two_term
 
 Array = NDArray[np.float64]
@@ -23,30 +23,12 @@ _TWO_TERMS = 4
 
 
 @dataclass(frozen=True)
-class FinDatum:
-    """A record that the fit sees (``used``) or is judged by, under its name in the result."""
+class FinDatum(BenchDatum):
+    """Of a paddler's fin."""
 
-    label: str
-    used: bool
-    record: Record
-
-    @property
-    def specimen(self) -> FinnedTube:
-        """The tube with fins; ValueError for anything else."""
-        found: Any = TypeAdapter(Specimen).validate_python(dict(self.record.specimen))
-        if not isinstance(found, FinnedTube):
-            raise ValueError(f"{self.label} is of a {found.kind}; a paddler is fitted to a FinnedTube")
-        return found
-
-    @property
-    def experiment(self) -> Any:
-        """``ShapePropagation`` or ``FinPush``; ValueError for anything else."""
-        found: Any = TypeAdapter(Experiment).validate_python(dict(self.record.experiment))
-        if not isinstance(found, ShapePropagation | FinPush):
-            raise ValueError(
-                f"{self.label} is a {found.kind}; a paddler's fin is learned from ShapePropagation and FinPush"
-            )
-        return found
+    learner = "a paddler's fin"
+    specimens = (FinnedTube,)
+    experiments = (ShapePropagation, FinPush)
 
 
 def learn_fin(data: Sequence[FinDatum], hinge_share: float, widening: float) -> FinCurves:

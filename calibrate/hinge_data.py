@@ -2,16 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
-from lab.experiments import Experiment, Pinch, PinchedBending
+from calibrate.bench_datum import BenchDatum
+from lab.experiments import Pinch, PinchedBending
 from lab.experiments.pinch_drive import STAGES
-from lab.records import Record
-from lab.specimens import PinchedTube, Specimen
+from lab.specimens import PinchedTube
 
 Array = NDArray[np.float64]
 #: Range of turns below which a bending says nothing about a spring, rad.
@@ -25,28 +23,12 @@ _SLOPES = (0.2, 5.0)
 
 
 @dataclass(frozen=True)
-class HingeDatum:
-    """A record that the fit sees (``used``) or is judged by, under its name in the result."""
+class HingeDatum(BenchDatum):
+    """Of a hinge."""
 
-    label: str
-    used: bool
-    record: Record
-
-    @property
-    def specimen(self) -> PinchedTube:
-        """The tube; ValueError for anything else."""
-        found: Any = TypeAdapter(Specimen).validate_python(dict(self.record.specimen))
-        if not isinstance(found, PinchedTube):
-            raise ValueError(f"{self.label} is of a {found.kind}; a hinge is fitted to a PinchedTube")
-        return found
-
-    @property
-    def experiment(self) -> Any:
-        """``Pinch`` or ``PinchedBending``; ValueError for anything else."""
-        found: Any = TypeAdapter(Experiment).validate_python(dict(self.record.experiment))
-        if not isinstance(found, Pinch | PinchedBending):
-            raise ValueError(f"{self.label} is a {found.kind}; a hinge is fitted to Pinch and PinchedBending")
-        return found
+    learner = "a hinge"
+    specimens = (PinchedTube,)
+    experiments = (Pinch, PinchedBending)
 
 
 def hinge_of(flexibility: Array) -> tuple[Array, dict[str, Array]]:

@@ -173,6 +173,14 @@ class ParametricFit(_Fitting):
         return self
 
 
+def _whole_records(data: list[DataSpec], kind: str) -> None:
+    """Refuse what chooses or corrects parts of a record."""
+    for number, item in enumerate(data):
+        for name in ("quantities", "window", "nuisances"):
+            if getattr(item, name):
+                raise ValueError(f"data.{number}.{name}: a {kind} fit has no use for it")
+
+
 class HingeFit(Frozen):
     """Learn the hinge of a pinched tube over pinch angle and travel from records of ``Pinch`` and ``PinchedBending``.
 
@@ -188,11 +196,7 @@ class HingeFit(Frozen):
     def _a_record_is_used(self) -> Self:
         if not any(item.used for item in self.data):
             raise ValueError("data: no record is used; name at least one under used")
-        for number, item in enumerate(self.data):
-            given = {"quantities": item.quantities, "window": item.window, "nuisances": item.nuisances}
-            for name, value in given.items():
-                if value:
-                    raise ValueError(f"data.{number}.{name}: a hinge fit has no use for it")
+        _whole_records(self.data, "hinge")
         return self
 
 
@@ -226,11 +230,7 @@ class PaddlerFit(Frozen):
             raise ValueError("nothing to fit: name records under data.N.used, or free numbers")
         if self.free and not self.specimen:
             raise ValueError("specimen: name the FinnedTube whose thrust the free numbers are searched for")
-        for number, item in enumerate(self.data):
-            given = {"quantities": item.quantities, "window": item.window, "nuisances": item.nuisances}
-            for name, value in given.items():
-                if value:
-                    raise ValueError(f"data.{number}.{name}: a paddler fit has no use for it")
+        _whole_records(self.data, "paddler")
         return self
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from lab.records import Record
 from lab.specimens import FinnedTube
+from results.painted import add_painted
 
 Array = NDArray[np.float64]
 
@@ -33,20 +34,14 @@ def add_fins(plotter: Any, record: Record, grid: Any, state: int, along_y: bool)
         Look along y, at the plane in which the fins travel.
     """
     import pyvista as pv
-    from matplotlib.colors import LinearSegmentedColormap
 
     assert record.fields is not None
     device, points = FinnedTube.model_validate(dict(record.specimen)), record.fields.points
     grid.point_data["fin"] = fin_share(device, points)
     surface = grid.extract_surface(nonlinear_subdivision=2, algorithm=None)
-    colours = LinearSegmentedColormap.from_list("fins", [_WALL, _FIN])
-    look = {"show_scalar_bar": False, "smooth_shading": True, "ambient": 0.25, "specular": 0.3}
     mirrored = [axis for axis in (0, 1) if points[:, axis].min() > -_CLOSE]
     whole = _whole(surface, mirrored)
-    plotter.add_mesh(
-        whole, scalars="fin", cmap=colours, clim=(0.0, 1.0), split_sharp_edges=True, feature_angle=40.0, **look
-    )
-    plotter.add_mesh(whole.extract_feature_edges(50.0, manifold_edges=False), color="#333333", line_width=1.0)
+    add_painted(plotter, whole, "fin", (_WALL, _FIN), 40.0, 50.0, 1.0)
     rest = pv.UnstructuredGrid(grid)
     rest.points = points.copy()
     before = _whole(rest.extract_surface(nonlinear_subdivision=2, algorithm=None), mirrored)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from lab.records import Record
 from lab.specimens import PinchedTube
+from results.painted import add_painted
 
 Array = NDArray[np.float64]
 
@@ -30,8 +31,6 @@ def add_tube(plotter: Any, record: Record, grid: Any, state: int, cut: bool) -> 
     cut
         Show the proximal half only, from above: the section at mid-length.
     """
-    from matplotlib.colors import LinearSegmentedColormap
-
     assert record.fields is not None
     tube, points = PinchedTube.model_validate(dict(record.specimen)), record.fields.points
     grid.point_data["pad"] = pad_share(tube, points)
@@ -40,12 +39,7 @@ def add_tube(plotter: Any, record: Record, grid: Any, state: int, cut: bool) -> 
         heights = np.where(cells >= 0, points[cells, 2], np.nan)
         grid = grid.extract_cells(np.flatnonzero(np.nanmean(heights, axis=1) < tube.length / 2))
     surface = grid.extract_surface(nonlinear_subdivision=2, algorithm=None)
-    colours = LinearSegmentedColormap.from_list("pads", [_WALL, _PAD])
-    plotter.add_mesh(
-        surface, scalars="pad", cmap=colours, clim=(0.0, 1.0), show_scalar_bar=False, smooth_shading=True,
-        split_sharp_edges=True, feature_angle=50.0, ambient=0.25, specular=0.3,
-    )  # fmt: skip
-    plotter.add_mesh(surface.extract_feature_edges(60.0, manifold_edges=False), color="#333333", line_width=1.2)
+    add_painted(plotter, surface, "pad", (_WALL, _PAD), 50.0, 60.0, 1.2)
     _add_block(plotter, tube, np.zeros(6), outwards=-1.0)
     if not cut:
         row = int(np.argmin(np.abs(record["increment"] - record.fields.values[state])))

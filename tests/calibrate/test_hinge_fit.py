@@ -218,8 +218,8 @@ def of_kind(specimen, experiment) -> HingeDatum:
     [
         (lambda: [bending(0, pinched=False)], "no used record pinches a free tube"),
         (lambda: [pinch(0), bending(0, order="load first")], "bend 0 is loaded first"),
-        (lambda: [of_kind(TwistedBeam(), Pinch())], "it is of a TwistedBeam; a hinge is fitted to a PinchedTube"),
-        (lambda: [of_kind(TUBE, ShapeRecovery())], "it is a ShapeRecovery; a hinge is fitted to Pinch and"),
+        (lambda: [of_kind(TwistedBeam(), Pinch())], "it is of a TwistedBeam; a hinge is learned from PinchedTube"),
+        (lambda: [of_kind(TUBE, ShapeRecovery())], "it is of a ShapeRecovery; a hinge is learned from Pinch or"),
         (lambda: [pinch(0), of_kind(PinchedTube(wall=0.002), Pinch())], "it is of another specimen than pinch 0"),
         (lambda: [pinch(0), of_kind(TUBE, Pinch(law="even"))], "used records must share one law of forces"),
     ],
