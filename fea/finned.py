@@ -29,7 +29,7 @@ def perform(specimen: FinnedTube, experiment: FinExperiment, model: FeaModel, me
     return Record(
         **said(specimen, experiment, model),
         channels=sensed.channels(),
-        how=told | {"notes": notes, "mirrors": device.mirrors},
+        how=told | {"notes": notes, "mirrors": device.mirrors, "pinched_length_m": device.pinched_length},
         status="diverged" if play.reason else "completed",
         reason=play.reason,
         fields=sensed.pictures(),

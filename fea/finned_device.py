@@ -103,6 +103,11 @@ class Device:
         reaction = -float(self.problem.out_of_balance(state, t)[self.grip, 1].sum())
         return reaction * (2 if "x" in self.mirrors else 1)
 
+    @property
+    def pinched_length(self) -> float:
+        """What of the crest the pinch holds, m: between the last nodes within the length that was asked for."""
+        return float(np.ptp(self.points[self.grip, 2]))
+
     def approach(self, x: Array) -> float:
         """Of the crest lines' outside at mid-length, m."""
         moved = [side * float(x[node, 1]) for side, node in self._outer_crest.items()]

@@ -50,6 +50,7 @@ def test_a_pinch_sweeps_the_fin_towards_the_tube():
     assert found["s"] == pytest.approx(0.013, rel=0.06)
     assert found["stroke"] > np.deg2rad(15.0)
     assert record["p"][-1, 0] < 0 < record["p"][-1, 2]
+    assert record.how["pinched_length_m"] == pytest.approx(TUBE.chambers.length)
     assert record["gap"][[0, -1]] == pytest.approx([0.047, 0.014], abs=5e-4)
     assert (np.diff(record["force"]) > 0).all()
 
