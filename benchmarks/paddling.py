@@ -56,7 +56,7 @@ def agreement() -> list[dict[str, Any]]:
         theirs = paddle_in_mujoco(paddler, SECOND, time_step=step)
         window = round(10e-3 / step)
         peaks = [np.convolve(f, np.ones(window) / window, "valid") for f in
-                 (theirs.thrust, np.interp(theirs.time, ours["time"], ours.thrust))]  # fmt: skip
+                 (theirs.thrust, np.interp(theirs["time"], ours["time"], ours.thrust))]  # fmt: skip
         for name, pick in (("peak", np.max), ("least", np.min)):
             apart = float(pick(peaks[0]) / pick(peaks[1]) - 1.0)
             found.append(row(f"MuJoCo at {1e3 * step:g} ms, {name} thrust off by", 100 * apart, "%", "within 1 to 2 %"))

@@ -24,7 +24,8 @@ from calibrate.spec import PaddlerFit
 from lab.experiments import PaddleThrust
 from lab.specimens import FinnedTube
 from prb.model import PrbModel
-from prb.paddler import is_paddler, paddle, paddler_of, stroke_of
+from prb.paddler import is_paddler, paddler_of, stroke_of
+from prb.water import paddle_in
 
 __all__ = ["FinDatum", "fit_paddler"]
 
@@ -168,7 +169,7 @@ def behaviour(model: PrbModel, specimen: FinnedTube, values: dict[str, float]) -
     thrust, buckling, tip, swim = [], [], [], []
     for device in devices(specimen):
         paddler = paddler_of(device, {**model.values(device), **values}, model.fin)
-        held, free = (paddle(paddler, stroke_of(e), model.time_step) for e in (_HELD, _SWIM))
+        held, free = (paddle_in(model.water, paddler, stroke_of(e), model.time_step) for e in (_HELD, _SWIM))
         counts = held["time"] >= _HELD.warm_up / _HELD.frequency
         shown = held.sensed[counts]
         mean = float(np.trapezoid(shown, held["time"][counts])) / float(np.ptp(held["time"][counts]))

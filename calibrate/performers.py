@@ -94,7 +94,11 @@ class PrbPerformer:
             from prb.batch import Batch  # loads MuJoCo
 
             self._batch = Batch(
-                self.model.topology, time_step=self.model.time_step, threads=self.threads, fin=self.model.fin
+                self.model.topology,
+                time_step=self.model.time_step,
+                threads=self.threads,
+                fin=self.model.fin,
+                water=self.model.water,
             )
         return list(self._batch(requests))
 

@@ -24,6 +24,7 @@ from prb.shaking import orbits, rest_of, step_of
 from prb.statics import Chain, NotConverged, hang, is_sprung
 from prb.topologies import Topology
 from prb.vibration import vibrations
+from prb.water import Water
 
 Array = NDArray[np.float64]
 #: Runs simulated together; bounds the memory, and the models that are kept.
@@ -59,6 +60,8 @@ class Batch:
         Threads that share the runs; they do not change the result.
     fin
         Learned curves of a paddling device.
+    water
+        Law of the water that it paddles in.
 
     Attributes
     ----------
@@ -67,9 +70,16 @@ class Batch:
     """
 
     def __init__(
-        self, topology: Topology, *, time_step: float = TIME_STEP, threads: int = 1, fin: FinCurves | None = None
+        self,
+        topology: Topology,
+        *,
+        time_step: float = TIME_STEP,
+        threads: int = 1,
+        fin: FinCurves | None = None,
+        water: Water = "plate",
     ) -> None:
-        self.topology, self.time_step, self.threads, self.fin = topology, time_step, threads, fin
+        self.topology, self.time_step, self.threads = topology, time_step, threads
+        self.fin, self.water = fin, water
         self.failures: dict[int, str] = {}
         self._pools: dict[Hashable, _Pool] = {}
 
@@ -113,7 +123,7 @@ class Batch:
             return []
         from prb.paddler_batch import paddle_all  # compiled code, which only these need
 
-        return paddle_all(requests, self.topology, self.fin, self.time_step, self.threads)
+        return paddle_all(requests, self.topology, self.fin, self.water, self.time_step, self.threads)
 
     def _runs(self, requests: Sequence[Request]) -> Iterator[_Run]:
         """Every request with its mechanism, which is built once for all experiments of a candidate."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from lab.materials import Frozen
 from lab.specimens import Specimen
@@ -14,6 +14,7 @@ from prb.fin_curves import FinCurves
 from prb.hinge_curves import HingeCurves
 from prb.mechanism import Mechanism
 from prb.topologies import topology
+from prb.water import Water
 
 #: Longest step of the simulator, s.
 TIME_STEP = 0.5e-3
@@ -41,6 +42,8 @@ class PrbModel(Frozen):
     hinge: HingeCurves | None = None
     #: What a fit of kind paddler has learned of a fin: its curves take the place of the parameters.
     fin: FinCurves | None = None
+    #: Law of the water that a paddling device moves in: the plate law, one of MuJoCo's own fluids, or no water.
+    water: Water = "plate"
 
     @field_validator("topology", mode="before", json_schema_input_type=str | Declaration)
     @classmethod
@@ -66,6 +69,15 @@ class PrbModel(Frozen):
             numbers[name] = _read(written, Quantity(parameter.unit, parameter.shown_in), name, info)
             parameter.check(numbers[name])
         return numbers
+
+    @model_validator(mode="after")
+    def _paddles_in_water(self) -> "PrbModel":
+        if self.water != "plate":
+            from prb.paddler import is_paddler  # compiled code, which only such a model needs
+
+            if not is_paddler(self.topology):
+                raise ValueError(f"water: topology {self.topology.name} does not paddle; leave water out")
+        return self
 
     def values(self, specimen: Specimen) -> dict[str, float]:
         """Every parameter of the topology in SI units, checked against its bounds for ``specimen``."""

@@ -24,8 +24,12 @@ NEEDED = (
     "equal_limit", "equal_beyond", "fin_damper", "plate", "carried", "load_reach", "load_breadth", "body_mass",
     "body_carried", "body_drag", "sensor_time",
 )  # fmt: skip
+#: Coordinates and their speeds, which come first in a state and after the time in a path.
+_MOTION = 6
 #: Longest step, s: at 0.5 ms the peaks of thrust are off by less than a thousandth.
 LONGEST_STEP = 0.5e-3
+#: Largest ``Motion.step_error`` of a result.
+_STEADY = 0.02
 #: Longest step times the fastest rate of the springs and dampers; the method is stable up to 2.78.
 _STABLE = 2.0
 
@@ -177,12 +181,15 @@ class Motion:
     Attributes
     ----------
     path
-        Columns ``prb.paddler_kernel.PATH``, (rows, 16).
+        Columns ``prb.paddler_kernel.PATH``, (rows, 16); MuJoCo leaves works and energies NaN.
+    step_error
+        Change of sensed thrust and tip speed by half the step, rms over rms, the larger; None: not looked at.
     """
 
     paddler: Paddler
     stroke: Stroke
     path: Array
+    step_error: float | None = None
 
     def __getitem__(self, name: str) -> Array:
         return self.path[:, PATH.index(name)]
@@ -190,7 +197,19 @@ class Motion:
     @property
     def completed(self) -> bool:
         """Whether the motion stayed finite."""
-        return bool(np.isfinite(self.path[-1]).all())
+        return bool(np.isfinite(self.path[-1, : 1 + _MOTION]).all())
+
+    @property
+    def fault(self) -> str:
+        """Why the motion is no result; empty where it is one."""
+        if not self.completed:
+            return f"the motion runs away with steps of {self.step:.3g} s; shorten time_step"
+        if self.step_error is not None and not self.step_error <= _STEADY:
+            return (
+                f"the motion is not steady: steps of {self.step:.3g} s change thrust or tip speed by "
+                f"{self.step_error:.1%} against steps twice as long; shorten time_step"
+            )
+        return ""
 
     @property
     def seconds(self) -> float:

@@ -14,18 +14,17 @@ the equality ``mount`` on the slide ``swim`` (``qfrc_constraint``).
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from prb.paddler import Paddler, Plate, Stroke
-from prb.paddler_kernel import Numbers, buckling_spring
+from prb.mujoco_model import silence
+from prb.paddler import Motion, Paddler, Plate, Stroke
+from prb.paddler_kernel import PATH, Numbers, buckling_spring
+from prb.water import Water
 
 Array = NDArray[np.float64]
-Fluid = Literal["plate", "ellipsoid", "inertia-box", "none"]
 #: End of the range on whose other side a tendon pulls, m or rad.
 _FAR = 1e6
 #: Moment of inertia of a link that is a point mass, kg*m^2: far below that of its mass about the hinge.
@@ -34,9 +33,21 @@ _POINT = 1e-11
 _THIN = 0.02
 #: Of water, Pa*s.
 _VISCOSITY = 1e-3
+#: What a model in another water than the plate law's says of it.
+_OWN = {
+    name: f"{told}.  Springs that change with the flattening, and the drag of a free body, are left to a passive force."
+    for name, told in (
+        ("ellipsoid", "The fin's plates are in MuJoCo's own fluid, each as an ellipsoid"),
+        ("inertia-box", "The fin's plates are in MuJoCo's own fluid, each as the box of its inertia"),
+        ("none", "No water acts on fins and body"),
+    )
+}
+#: A motion that is faster runs away, as a compiled one: outward, m/s, and of the hinge, rad/s.
+_FASTEST = (1e3, 1e5)
+_ROUNDING = 1e-9
 
 
-def paddler_spec(paddler: Paddler, stroke: Stroke, *, fluid: Fluid = "plate", time_step: float = 1e-4) -> mujoco.MjSpec:
+def paddler_spec(paddler: Paddler, stroke: Stroke, *, water: Water = "plate", time_step: float = 1e-4) -> mujoco.MjSpec:
     """Specification of the half device."""
     n = paddler.numbers(stroke)
     spec = mujoco.MjSpec()
@@ -45,9 +56,9 @@ def paddler_spec(paddler: Paddler, stroke: Stroke, *, fluid: Fluid = "plate", ti
     spec.option.timestep, spec.option.gravity = time_step, [0.0, 0.0, 0.0]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    if fluid in ("ellipsoid", "inertia-box"):
+    if water in ("ellipsoid", "inertia-box"):
         spec.option.density, spec.option.viscosity = stroke.density, _VISCOSITY
-    _add_bodies(spec, paddler, stroke, n, fluid)
+    _add_bodies(spec, paddler, stroke, n, water)
     _add_springs(spec, paddler, n)
     solver = {"solref": [2.0 * time_step, 1.0], "solimp": [0.9999, 0.9999, 1e-3, 0.5, 2.0]}
     _add_equality(spec, "turns", "turn", "widen", [0.0, *n.turn[1:]], solver)
@@ -55,11 +66,11 @@ def paddler_spec(paddler: Paddler, stroke: Stroke, *, fluid: Fluid = "plate", ti
         _add_equality(spec, "mount", "swim", "", [0.0] * 5, solver)
     motor = spec.add_actuator(name="actuator", target="widen", trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.set_to_motor()
-    spec.add_text(name="water", data=(__doc__ or "").split("\n\n", 1)[1])
+    spec.add_text(name="water", data=(__doc__ or "").split("\n\n", 1)[1] if water == "plate" else _OWN[water])
     return spec
 
 
-def _add_bodies(spec: mujoco.MjSpec, paddler: Paddler, stroke: Stroke, n: Numbers, fluid: Fluid) -> None:
+def _add_bodies(spec: mujoco.MjSpec, paddler: Paddler, stroke: Stroke, n: Numbers, water: Water) -> None:
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     body = _add_body(spec.worldbody, "body", [0.0, 0.0, 0.0], n.body[0])
     body.add_joint(name="swim", type=slide, axis=[0.0, 1.0, 0.0])
@@ -74,7 +85,7 @@ def _add_bodies(spec: mujoco.MjSpec, paddler: Paddler, stroke: Stroke, n: Number
     links[True] = _add_body(links[False], "outer", [n.hinge[0], 0.0, 0.0])
     links[True].add_joint(name="buckle", type=hinge, axis=[0.0, 0.0, 1.0]).damping[0] = n.hinge[1]
     for plate in plates:
-        _add_plate(spec, links[plate.outer], plate, n.plate * plate.area, fluid)
+        _add_plate(spec, links[plate.outer], plate, n.plate * plate.area, water)
 
 
 def _add_body(parent: mujoco.MjsBody, name: str, place: list[float], mass: float = 0.0) -> mujoco.MjsBody:
@@ -84,21 +95,22 @@ def _add_body(parent: mujoco.MjsBody, name: str, place: list[float], mass: float
     return body
 
 
-def _add_plate(spec: mujoco.MjSpec, link: mujoco.MjsBody, plate: Plate, strength: float, fluid: Fluid) -> None:
+def _add_plate(spec: mujoco.MjSpec, link: mujoco.MjsBody, plate: Plate, strength: float, water: Water) -> None:
     """A welded body, so that every plate has a mass of its own at its middle."""
     breadth, thickness = plate.area / plate.length, _THIN * plate.length
     body = _add_body(link, f"plate {plate.name}", [plate.arm, 0.0, 0.0], plate.mass)
-    if fluid == "inertia-box":
+    if water == "inertia-box":
         # MuJoCo takes the box that it loads from mass and inertia.
         sides = np.array([plate.length, thickness, breadth]) ** 2
         body.inertia = plate.mass / 12.0 * (sides.sum() - sides)
     geom = body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX, size=[plate.length / 2, thickness / 2, breadth / 2], contype=0, conaffinity=0
     )
-    if fluid == "ellipsoid":
+    if water == "ellipsoid":
         geom.fluid_ellipsoid = 1.0
     body.add_site(name=f"plate {plate.name}", size=[0.001] * 3)
-    spec.add_numeric(name=f"plate {plate.name}", data=[strength])
+    if water == "plate":
+        spec.add_numeric(name=f"plate {plate.name}", data=[strength])
 
 
 def _add_springs(spec: mujoco.MjSpec, paddler: Paddler, n: Numbers) -> None:
@@ -131,18 +143,19 @@ def _add_equality(
     equality.data[:5] = polynomial
 
 
-def paddler_mjcf(paddler: Paddler, stroke: Stroke, time_step: float = 1e-4) -> str:
-    """MJCF text of the half device; water and learned springs are left to a passive force, as its ``water`` says."""
-    spec = paddler_spec(paddler, stroke, time_step=time_step)
+def paddler_mjcf(paddler: Paddler, stroke: Stroke, *, water: Water = "plate", time_step: float = 1e-4) -> str:
+    """MJCF text of the half device; what is left to a passive force its text ``water`` says."""
+    spec = paddler_spec(paddler, stroke, water=water, time_step=time_step)
     spec.compile()
     return str(spec.to_xml())
 
 
 @contextmanager
-def passive(model: mujoco.MjModel, paddler: Paddler, stroke: Stroke) -> Iterator[None]:
+def passive(model: mujoco.MjModel, paddler: Paddler, stroke: Stroke, water: Water = "plate") -> Iterator[None]:
     """Plate loads, body drag and learned springs as MuJoCo's passive force, for every model while it lasts."""
-    n = paddler.numbers(stroke)
-    plates = [(model.site(f"plate {p.name}").id, n.plate * p.area) for p in paddler.plates(stroke.density)]
+    n, drag = paddler.numbers(stroke), _drag(paddler, stroke, water)
+    loaded = paddler.plates(stroke.density) if water == "plate" else []
+    plates = [(model.site(f"plate {p.name}").id, n.plate * p.area) for p in loaded]
     dofs = {name: int(model.joint(name).dofadr[0]) for name in ("swim", "widen", "buckle")}
     changes, velocity = _changes(n), np.zeros(6)
 
@@ -154,7 +167,7 @@ def passive(model: mujoco.MjModel, paddler: Paddler, stroke: Stroke) -> Iterator
             place, body = data.site_xpos[site], model.site_bodyid[site]
             mujoco.mj_applyFT(model, data, force, np.zeros(3), place, body, data.qfrc_passive)
         forward = data.qvel[dofs["swim"]]
-        data.qfrc_passive[dofs["swim"]] += n.body[2] - n.body[1] * abs(forward) * forward
+        data.qfrc_passive[dofs["swim"]] += n.body[2] - drag * abs(forward) * forward
         if changes:
             q, s = float(data.qpos[dofs["buckle"]]), float(data.qpos[dofs["widen"]] / n.tube[3])
             moment, _, by_s = buckling_spring(q, s, n)
@@ -168,52 +181,58 @@ def passive(model: mujoco.MjModel, paddler: Paddler, stroke: Stroke) -> Iterator
         mujoco.set_mjcb_passive(None)
 
 
-@dataclass(frozen=True)
-class TwinMotion:
-    """Motion by MuJoCo, one row per step: s, m, m, rad, N (whole device, unfiltered) and m/s."""
-
-    time: Array
-    body: Array
-    x1: Array
-    buckling: Array
-    thrust: Array
-    body_speed: Array
+def _drag(paddler: Paddler, stroke: Stroke, water: Water) -> float:
+    """Drag of half the body, N*s^2/m^2, which no fluid of MuJoCo's sees: only the fins' plates are in it."""
+    return 0.0 if water == "none" else float(paddler.numbers(stroke).body[1])
 
 
-def paddle_in_mujoco(
-    paddler: Paddler, stroke: Stroke, *, fluid: Fluid = "plate", time_step: float = 1e-4
-) -> TwinMotion:
-    """The motion of ``prb.paddler.paddle``, from rest, by MuJoCo; thrust of a body that is held.
+def paddle_in_mujoco(paddler: Paddler, stroke: Stroke, *, water: Water = "plate", time_step: float = 1e-4) -> Motion:
+    """The motion of ``prb.paddler.paddle``, from rest, by MuJoCo; works and energies stay NaN.
+
+    Parameters
+    ----------
+    time_step
+        Longest step, s: a period has a whole number of them.
 
     Raises
     ------
     ValueError
         For water that a plate carries, which MuJoCo has no place for.
     """
-    if paddler["carried"] > 0 and fluid == "plate":
+    if paddler["carried"] > 0 and water == "plate":
         raise ValueError("carried: MuJoCo has no mass that acts along a plate's normal alone; set it to 0")
-    model = paddler_spec(paddler, stroke, fluid=fluid, time_step=time_step).compile()
-    data = mujoco.MjData(model)
-    swim = int(model.joint("swim").dofadr[0])
-    count = round(stroke.cycles / stroke.frequency / time_step)
-    times: Array = np.linspace(0.0, count * time_step, count + 1)
+    per_cycle = int(np.ceil(1.0 / (stroke.frequency * time_step) - _ROUNDING))
+    times: Array = np.arange(stroke.cycles * per_cycle + 1) / (stroke.frequency * per_cycle)
     forces = actuator_force(paddler, stroke, times)
-    rows = np.zeros((count + 1, 5))
+    model = paddler_spec(paddler, stroke, water=water, time_step=float(times[1])).compile()
+    with silence(), passive(model, paddler, stroke, water):
+        states, mount, along = _march(model, forces)
+    speed = states[:, 3]
+    on_fins = along - paddler.numbers(stroke).body[2] + _drag(paddler, stroke, water) * np.abs(speed) * speed
+    path = np.full((len(times), len(PATH)), np.nan)
+    path[:, : PATH.index("input_force") + 1] = np.column_stack([times, states, forces])
+    path[:, [PATH.index("reaction"), PATH.index("water_force")]] = np.column_stack([mount, on_fins])
+    return Motion(paddler, stroke, path)
 
-    def march() -> None:
-        for step in range(count + 1):
-            data.ctrl[0] = forces[step]
-            mujoco.mj_forward(model, data) if step == count else mujoco.mj_step(model, data)
-            rows[step] = *data.qpos[[0, 1, 3]], -2.0 * data.qfrc_constraint[swim], data.qvel[swim]
 
-    if fluid == "plate":
-        with passive(model, paddler, stroke):
-            march()
-    else:
-        march()
-    # A step leaves positions at its end and forces at its begin.
-    shifted = np.vstack([np.zeros(5), rows[:-1]])
-    return TwinMotion(times, shifted[:, 0], shifted[:, 1], shifted[:, 2], rows[:, 3], shifted[:, 4])
+def _march(model: mujoco.MjModel, forces: Array) -> tuple[Array, Array, Array]:
+    """States (n, 6) from rest, and at each the mount's force and all passive force along the body's slide, (n,).
+
+    A motion that runs away ends with NaN: MuJoCo, left alone, would begin anew from rest.
+    """
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    data = mujoco.MjData(model)
+    moved = [int(model.joint(name).dofadr[0]) for name in ("swim", "widen", "buckle")]
+    states, loads = np.full((len(forces), 6), np.nan), np.full((len(forces), 2), np.nan)
+    for row, force in enumerate(forces):
+        states[row] = *data.qpos[moved], *data.qvel[moved]
+        data.ctrl[0] = force
+        mujoco.mj_step(model, data)  # leaves the forces at its begin
+        loads[row] = data.qfrc_constraint[moved[0]], data.qfrc_passive[moved[0]]
+        _, outward, buckling = data.qvel[moved]
+        if not (abs(outward) < _FASTEST[0] and abs(buckling) < _FASTEST[1]):
+            break
+    return states, loads[:, 0], loads[:, 1]
 
 
 def actuator_force(paddler: Paddler, stroke: Stroke, times: Array) -> Array:

@@ -117,7 +117,8 @@ def _paddler_mjcf(model: PrbPerformer, specimen: FinnedTube, experiment: PaddleT
     from prb.paddler_mujoco import paddler_mjcf
 
     step = min(model.time_step, _EXPORTED_STEP)
-    return paddler_mjcf(paddler_of(specimen, model.values(specimen), model.fin), stroke_of(experiment), step)
+    paddler = paddler_of(specimen, model.values(specimen), model.fin)
+    return paddler_mjcf(paddler, stroke_of(experiment), water=model.water, time_step=step)
 
 
 def _follow(plan: Plan, name: str, records: Mapping[str, Record], threads: int) -> Result:

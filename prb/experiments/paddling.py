@@ -3,6 +3,7 @@
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +12,7 @@ from lab.records import Channel, Fields, Record, channels
 from lab.specimens import FinnedTube, Specimen
 from prb.experiments.common import heading, how
 from prb.model import PrbModel
+from prb.water import paddle_in
 
 if TYPE_CHECKING:
     from prb.paddler import Motion
@@ -31,20 +33,27 @@ def paddle_thrust(specimen: Specimen, experiment: PaddleThrust, model: PrbModel)
     if reason := refusal(specimen, model):
         return Record(**head, status="unsupported", reason=reason)
     assert isinstance(specimen, FinnedTube)
-    from prb.paddler import paddle, paddler_of, stroke_of  # compiled code, which other experiments do not need
+    from prb.paddler import paddler_of, stroke_of  # compiled code, which other experiments do not need
 
     paddler = paddler_of(specimen, model.values(specimen), model.fin)
     begin = perf_counter()
-    motion = paddle(paddler, stroke_of(experiment), model.time_step)
+    motion = paddle_in(model.water, paddler, stroke_of(experiment), model.time_step)
     wall_time = perf_counter() - begin
     facts = how(specimen, model, wall_time, wall_time_per_s=wall_time / motion.seconds, time_step=motion.step)
-    facts |= {"energy_J": {name: 2.0 * value for name, value in motion.books().items()}}
+    facts |= _of_water(model, motion)
     if model.fin and (notes := model.fin.doubts(specimen)):
         facts["notes"] = list(notes)
-    if not motion.completed:
-        reason = f"the motion runs away with steps of {motion.step:.3g} s; shorten time_step"
-        return Record(**head, how=facts, status="diverged", reason=reason)
+    if motion.fault:
+        return Record(**head, how=facts, status="diverged", reason=motion.fault)
     return Record(**head, channels=_channels(experiment, motion), how=facts, fields=_fields(specimen, motion))
+
+
+def _of_water(model: PrbModel, motion: "Motion") -> dict[str, Any]:
+    """Law of the water, what ran it, and how the run was checked: energies of both halves, or another step."""
+    if model.water == "plate":
+        energy = {name: 2.0 * value for name, value in motion.books().items()}
+        return {"water": model.water, "run_by": "the compiled motion", "energy_J": energy}
+    return {"water": model.water, "run_by": f"MuJoCo {mujoco.__version__}", "step_error": motion.step_error}
 
 
 def responses(experiment: PaddleThrust, motion: "Motion") -> dict[str, Array]:

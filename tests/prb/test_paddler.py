@@ -19,6 +19,7 @@ from prb.paddler import NEEDED, Paddler, Stroke, longest_step, paddle, paddler_o
 from prb.paddler_kernel import STATE, buckling_spring, rates, turned
 from prb.paddler_mujoco import actuator_force, paddle_in_mujoco, paddler_mjcf, paddler_spec
 from prb.plate_law import plate_load, speed_needed
+from prb.water import paddle_in
 
 BARE, LOADED = FinnedTube(), FinnedTube(load_fin=LoadFin())
 MODEL = PrbModel(topology="paddler")
@@ -159,12 +160,11 @@ def test_stiff_devices_take_shorter_steps():
 def test_mujoco_agrees(specimen, curves):
     paddler, quick = device(specimen, curves), stroke(frequency=4.0, cycles=1)
     ours, theirs = paddle(paddler, quick, 0.1e-3), paddle_in_mujoco(paddler, quick, time_step=0.1e-3)
-    span = lambda t, f: np.interp(np.arange(0.0, 0.25, 1e-3), t, f)  # noqa: E731
+    span = lambda motion, f: np.interp(np.arange(0.0, 0.25, 1e-3), motion["time"], f)  # noqa: E731
     for name in ("x1", "buckling"):
-        mine, other = span(ours["time"], ours[name]), span(theirs.time, getattr(theirs, name))
+        mine, other = (span(motion, motion[name]) for motion in (ours, theirs))
         assert np.abs(mine - other).max() < 0.01 * max(np.abs(mine).max(), 0.02)
-    mine, other = (np.convolve(span(t, f), np.ones(10) / 10, "valid") for t, f in
-                   ((ours["time"], ours.thrust), (theirs.time, theirs.thrust)))  # fmt: skip
+    mine, other = (np.convolve(span(motion, motion.thrust), np.ones(10) / 10, "valid") for motion in (ours, theirs))
     assert other.max() == pytest.approx(mine.max(), rel=0.01)
     assert other.min() == pytest.approx(mine.min(), rel=0.01)
 
@@ -172,8 +172,10 @@ def test_mujoco_agrees(specimen, curves):
 def test_mujoco_agrees_on_a_swimming_body():
     paddler, quick = device(), stroke(frequency=4.0, cycles=2, free=True)
     ours, theirs = paddle(paddler, quick, 0.1e-3), paddle_in_mujoco(paddler, quick, time_step=0.2e-3)
-    assert theirs.body[-1] == pytest.approx(ours["body"][-1], rel=0.01)
-    assert theirs.body_speed.max() == pytest.approx(ours["body_speed"].max(), rel=0.01)
+    assert theirs["body"][-1] == pytest.approx(ours["body"][-1], rel=0.01)
+    assert theirs["body_speed"].max() == pytest.approx(ours["body_speed"].max(), rel=0.01)
+    assert theirs.sensed.max() == pytest.approx(ours.sensed.max(), rel=0.01)
+    assert theirs.tip_speed.max() == pytest.approx(ours.tip_speed.max(), rel=0.01)
 
 
 def test_mujoco_has_no_water_that_a_plate_carries():
@@ -199,14 +201,100 @@ def test_exported_model_holds_the_coupling_and_says_what_is_missing():
     assert model.numeric("plate load").data[0] == pytest.approx(1000 * 0.0309 * 0.045, rel=1e-5)
 
 
-def test_mujoco_s_own_fluids_are_no_plate_law():
-    quick = stroke(frequency=4.0, cycles=1)
-    peaks = {}
-    for fluid in ("plate", "ellipsoid", "inertia-box", "none"):
-        motion = paddle_in_mujoco(device(), quick, fluid=fluid, time_step=0.2e-3)
-        assert np.isfinite(motion.thrust).all()
-        peaks[fluid] = motion.thrust.max()
-    assert len({round(peak, 3) for peak in peaks.values()}) == 4
+@pytest.mark.parametrize(
+    ("water", "degrees", "share"),
+    [("inertia-box", 90.0, 0.5), ("inertia-box", 60.0, 0.5 * 0.75**1.5), ("ellipsoid", 90.0, np.pi / 8)],
+)
+def test_mujoco_s_own_fluids_are_no_plate_law(water, degrees, share):
+    """Drag of plates that go forwards, over rho A u^2: half of it square on as a box, pi / 8 as an ellipsoid."""
+    paddler, u = device(BARE, rest_angle=np.deg2rad(degrees)), 1.0
+    model = paddler_spec(paddler, stroke(free=True), water=water).compile()
+    data = mujoco.MjData(model)
+    data.qvel[0] = u
+    mujoco.mj_forward(model, data)
+    area = sum(plate.area for plate in paddler.plates())
+    assert data.qfrc_passive[0] == pytest.approx(-share * 1000 * area * u**2, rel=0.01)
+
+
+@pytest.mark.parametrize("curves", [None, CURVES])
+@pytest.mark.parametrize("free", [False, True])
+def test_no_water_is_water_without_density(curves, free):
+    paddler, quick = device(LOADED, curves), stroke(frequency=4.0, cycles=1, free=free)
+    ours = paddle(paddler, dataclasses.replace(quick, density=0.0), 0.1e-3)
+    theirs = paddle_in("none", paddler, quick, 0.5e-3)
+    assert theirs.fault == ""
+    for name in ("x1", "buckling", "body", "input_force"):
+        other = np.interp(ours["time"], theirs["time"], theirs[name])
+        assert np.abs(other - ours[name]).max() <= 0.01 * np.abs(ours[name]).max() + 1e-8
+    assert np.ptp(theirs.sensed) == pytest.approx(np.ptp(ours.sensed), rel=0.01)
+
+
+@pytest.mark.parametrize("water", ["ellipsoid", "inertia-box", "none"])
+@pytest.mark.parametrize("body", ["fixed", "free"])
+def test_another_water_gives_the_same_kind_of_record(water, body):
+    e = PaddleThrust(cycles=2, body=body, frequency=2.0)
+    usual = prb.perform(LOADED, e, MODEL)
+    record = prb.perform(LOADED, e, MODEL.model_copy(update={"water": water}))
+    assert record.completed, record.reason
+    assert {n: c.unit for n, c in record.channels.items()} == {n: c.unit for n, c in usual.channels.items()}
+    assert record.how["water"] == water
+    assert "MuJoCo" in record.how["run_by"]
+    assert record.how["step_error"] < 0.01
+    assert (usual.how["water"], usual.how["run_by"]) == ("plate", "the compiled motion")
+    assert record.fields.points == pytest.approx(usual.fields.points)
+    found, known = e.reduce(record), e.reduce(usual)
+    assert abs(found["thrust_max"].value - known["thrust_max"].value) > 0.05 * known["thrust_max"].value
+    if water == "none":
+        assert abs(found["thrust_mean"].value) < 1e-3 * known["thrust_max"].value
+    if body == "free":
+        # Ellipsoids push the other way, boxes as plates do but less; without water a body stays where it is.
+        speed = found["swim_speed"].value / known["swim_speed"].value
+        assert {"ellipsoid": speed < -0.1, "inertia-box": 0.1 < speed < 0.9, "none": abs(speed) < 0.01}[water]
+    json.dumps(record.how)
+
+
+def test_a_fin_that_rattles_in_mujoco_is_no_result():
+    """Steps too long for its springs: everything stays finite, and is wrong by half."""
+    e, rough = PaddleThrust(cycles=2), MODEL.model_copy(update={"water": "ellipsoid", "time_step": 5e-3})
+    record = prb.perform(BARE, e, rough)
+    assert (record.status, record.channels) == ("diverged", {})
+    assert "not steady: steps of 0.0005 s" in record.reason
+    assert "shorten time_step" in record.reason
+    batch = Batch(MODEL.topology, water="ellipsoid", time_step=5e-3)
+    assert batch([Request(BARE, e, MODEL.values(BARE))]) == [None]
+    assert batch.failures[0] == record.reason
+    assert np.isfinite(paddle_in_mujoco(device(BARE), stroke(), water="ellipsoid", time_step=1e-3).thrust).all()
+
+
+def test_a_motion_that_runs_away_in_mujoco_is_no_result():
+    motion = paddle_in("none", device(), stroke(pressure=1e12, cycles=1), 0.5e-3)
+    assert not motion.completed
+    assert "runs away" in motion.fault
+
+
+def test_only_what_paddles_has_water():
+    assert PrbModel(topology="paddler", water="ellipsoid").water == "ellipsoid"
+    with pytest.raises(ValueError, match="water: topology five-hinge does not paddle; leave water out"):
+        PrbModel(topology="five-hinge", water="none")
+    with pytest.raises(ValueError, match="'plate', 'ellipsoid', 'inertia-box' or 'none'"):
+        PrbModel(topology="paddler", water="honey")
+
+
+def test_a_batch_paddles_in_the_same_water():
+    e = PaddleThrust(cycles=1, warm_up=0, frequency=4.0)
+    requests = [Request(s, e, MODEL.values(s)) for s in (BARE, LOADED)]
+    found = Batch(MODEL.topology, water="inertia-box", threads=2)(requests)
+    for specimen, response in zip((BARE, LOADED), found, strict=True):
+        record = prb.perform(specimen, e, MODEL.model_copy(update={"water": "inertia-box"}))
+        assert np.array_equal(response["thrust"], record["thrust"])
+
+
+def test_exported_model_is_in_its_water():
+    text = paddler_mjcf(device(), stroke(), water="ellipsoid")
+    model = mujoco.MjModel.from_xml_string(text)
+    assert (model.opt.density, model.nnumeric) == (1000.0, 0)
+    assert "as an ellipsoid" in text
+    assert "rho" not in text
 
 
 def test_actuator_follows_the_valve():
