@@ -10,7 +10,7 @@ from lab.experiments import PaddleThrust
 from lab.specimens import FinnedTube
 from results.accuracy import Entry
 from results.effects import sign_changes
-from results.paddling import CASES, DISSERTATION, LAB, PlateLaw, as_published, carries, published
+from results.paddling import CASES, DISSERTATION, LAB, PLATE, PlateLaw, as_published, carries, law_of_water, published
 from results.swept_series import SweptSeries, named, swept_series
 from results.tables import Table, shown
 
@@ -32,7 +32,8 @@ _RUN_HEADER = (
 _RUNS = (
     "thrust of the whole device over whole cycles after the warm-up; buckling: largest angle of the fin's distal part "
     "against its proximal one under the load of the power stroke, and of the recovery stroke; the dissertation's "
-    "model: 4.5.3, whose masses, lengths and springs are not published"
+    "model: 4.5.3, whose masses, lengths and springs are not published; water: plate is the law of 4.5.3, others are "
+    "MuJoCo's own or none, with numbers that a fit, if any, has searched under its own model's law"
 )
 _SIGNS = (
     "mean thrust of whole cycles; changes sign: on a straight line between neighbours; a dash: nowhere in this range; "
@@ -61,7 +62,7 @@ def paddle_tables(entries: Sequence[Entry]) -> Iterator[Table]:
     crossed = [one for found in series.values() for one in found if one not in plain_ones]
     yield replace(sign_table(crossed), title="where the mean thrust changes sign, crossed sweeps", detail=True)
     yield from _maps([one for one in series[FREQUENCY] if len(series[FREQUENCY]) > _LONG])
-    yield plate_table(plain)
+    yield plate_table([entry for entry in plain if law_of_water(entry) == PLATE])
 
 
 def singled_out(found: Sequence[SweptSeries]) -> list[SweptSeries]:
@@ -77,17 +78,23 @@ def singled_out(found: Sequence[SweptSeries]) -> list[SweptSeries]:
 def _runs(entries: Sequence[Entry]) -> Table:
     lines: list[tuple[str, ...]] = []
     for load_fin, case in CASES.items():
-        told = [("lab", "lab", LAB), ("dissertation's model", "prb", DISSERTATION)]
-        for who, origin, of in told:
+        told = [("lab", "lab", "-", LAB), ("dissertation's model", "prb", PLATE, DISSERTATION)]
+        for who, origin, water, of in told:
             cells = (shown(published(of, load_fin, name) * factor, "") for name, factor in _RUN.items())
-            lines.append((case, who, origin, "fixed", "1 Hz", *cells, ""))
+            lines.append((case, who, origin, water, "fixed", "1 Hz", *cells, ""))
         for entry in entries:
             if carries(entry) is load_fin:
                 experiment = entry.experiment
                 assert isinstance(experiment, PaddleThrust)
-                about = (entry.performer, _origin(entry), experiment.body, f"{experiment.frequency:g} Hz")
+                about = (
+                    entry.performer,
+                    _origin(entry),
+                    law_of_water(entry),
+                    experiment.body,
+                    f"{experiment.frequency:g} Hz",
+                )
                 lines.append((case, *about, *_cells(entry)))
-    header = ("device", "by", "origin", "body", "frequency", *_RUN_HEADER)
+    header = ("device", "by", "origin", "water", "body", "frequency", *_RUN_HEADER)
     return Table("thrust and swimming", header, tuple(lines), (_RUNS,))
 
 

@@ -33,6 +33,8 @@ DISSERTATION = {
 }
 #: What a fit that searched numbers for the published thrust has seen: ``(PUBLISHED, "lab" or "model", THRUST)``.
 PUBLISHED, THRUST = "published", "thrust"
+#: Law of water of 4.5.3, which is what a record has that says nothing of it.
+PLATE = "plate"
 CASES = {False: "without load fin", True: "with load fin"}
 
 
@@ -47,15 +49,22 @@ def carries(entry: Entry) -> bool:
     return entry.record.specimen.get("load_fin") is not None
 
 
+def law_of_water(entry: Entry) -> str:
+    """Of a record: ``PLATE``, one of a simulator's own, or none."""
+    return str(entry.record.how.get("water", PLATE))
+
+
 def saw_thrust(entry: Entry, name: str) -> bool:
     """Whether the fit behind a record was given the published figure that a reduced number is compared with."""
     return name.startswith("thrust_") and any(s[0] == PUBLISHED and s[2] == THRUST for s in entry.seen or ())
 
 
 def as_published(entry: Entry) -> bool:
-    """Whether a record is of the prototype paddling as in 4.5.2, nothing swept but the state of the body."""
+    """Whether a record is of the prototype paddling as in 4.5.2, nothing changed but the state of the body."""
     experiment = entry.experiment
     if not isinstance(experiment, PaddleThrust) or not is_prototype(entry.record.specimen):
+        return False
+    if law_of_water(entry) != PLATE:
         return False
     frequency, pressure = (float(figures()[id]["value"]) for id in ("c4-thrust-freq", "c4-thrust-pressure"))
     return (

@@ -6,6 +6,7 @@ from typing import Any
 from lab.experiments import FinPush, PaddleThrust, ShapePropagation
 from results.accuracy import Entry
 from results.fins import flattened_by, is_prototype, published_device
+from results.paddling import PLATE, law_of_water
 from results.slugs import words
 
 #: Words of a slug that a rule asks for itself; any other makes a sample one of a sensitivity.
@@ -20,7 +21,7 @@ def fin_facts(entry: Entry) -> dict[str, Any]:
     facts = {
         "size": published_device(record.specimen),
         "prototype": is_prototype(record.specimen),
-        "swept": len(words(entry.slug).keys() - _ASKED),
+        "swept": len(words(entry.slug).keys() - _ASKED) + (law_of_water(entry) != PLATE),
         "fin_arc": record.specimen["fin_arc"],
         "attachment_angle": record.specimen["attachment_angle"],
         "load_fin": record.specimen.get("load_fin") is not None,

@@ -133,5 +133,8 @@ def test_the_chapter_is_one_study():
         assert found == [35, 43, 51, 59, 67, 75]
     pushes = [s.experiment for s in plan.samples.values() if s.campaign == "push"]
     assert len({(e.travel, e.sense) for e in pushes}) == 10
+    waters = {(s.model.water, s.model.fit, s.specimen.load_fin is None) for s in plan.samples.values()
+              if s.campaign in ("water", "water-loaded")}  # fmt: skip
+    assert waters == {(w, "thrust", bare) for w in ("ellipsoid", "inertia-box", "none") for bare in (True, False)}
     assert plan.study.experiments["pinch"].increments == 200
     assert [d.sample.campaign for d in plan.data("fin")] == ["propagation", *["push"] * 10]

@@ -25,8 +25,9 @@ experiments:
 performers:
   nominal: {kind: prb, topology: paddler, parameters: {piston: 30 mm^2}}
   fitted: {kind: prb, topology: paddler, fit: thrust}
+  elliptic: {kind: prb, topology: paddler, fit: thrust, water: ellipsoid}
 campaigns:
-  paddle: {specimen: loaded, experiment: paddle, performers: [nominal, fitted]}
+  paddle: {specimen: loaded, experiment: paddle, performers: [nominal, fitted, elliptic]}
 fits:
   thrust:
     kind: paddler
@@ -67,6 +68,29 @@ def test_the_fit_is_what_its_performer_paddles_with(study):
     assert record.how["parameters"]["piston"]["value"] == pytest.approx(found["piston"])
     # Published: 2.6 N with the load fin.
     assert abs(thrust_of(plan, "fitted") - 2.6) < abs(thrust_of(plan, "nominal") - 2.6)
+
+
+def test_another_water_is_an_option_of_the_performer(study, tmp_path):
+    """The numbers of the fit, which followed the plate law, in MuJoCo's fluid: record and model."""
+    plan = load_plan(study)
+    usual, other = (read_record(Path(plan.jobs["prb"][f"paddle.{n}.single"].output)) for n in ("fitted", "elliptic"))
+    assert (other.how["water"], other.how["run_by"]) == ("ellipsoid", f"MuJoCo {mujoco.__version__}")
+    assert other.how["parameters"] == usual.how["parameters"]
+    assert list(other.channels) == list(usual.channels)
+    assert thrust_of(plan, "elliptic") < 0.8 * thrust_of(plan, "fitted")
+    file = tmp_path / "paddler.xml"
+    assert main(["model", str(study), "elliptic", "--specimen", "loaded", "-o", str(file)]) == 0
+    assert mujoco.MjModel.from_xml_path(str(file)).opt.density == 1000.0
+
+
+def test_water_is_refused_where_nothing_paddles(tmp_path):
+    data = copy.deepcopy(STUDY)
+    data["performers"]["elliptic"]["topology"] = "five-hinge"
+    with pytest.raises(StudyError) as caught:
+        check_study(data, tmp_path)
+    (line,) = str(caught.value).splitlines()
+    assert "elliptic" in line
+    assert "water: topology five-hinge does not paddle; leave water out" in line
 
 
 def test_the_model_is_written_for_other_simulators(study, tmp_path):

@@ -210,4 +210,5 @@ def test_facts_of_records(propagation, fin_push, paddling, orbit):
     assert (facts["sense"], facts["fin_travel"], facts["swept"], facts["prototype"]) == ("equal", 0.01, 1, True)
     facts = fin_facts(paddling(load_fin=True, body="free"))
     assert (facts["load_fin"], facts["body"], facts["frequency"]) == (True, "free", 1.0)
+    assert (facts["swept"], fin_facts(paddling(water="none"))["swept"]) == (0, 1)
     assert fin_facts(orbit()) == {}

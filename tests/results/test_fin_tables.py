@@ -227,6 +227,19 @@ def test_runs_stand_below_the_lab_and_the_dissertations_model(paddling):
     assert float(column(table, "recovery [deg]")[2]) == pytest.approx(-math.degrees(0.4), rel=1e-3)
 
 
+def test_another_water_stands_beside_the_plate_law_and_for_nothing_published(paddling):
+    runs = [paddling(), paddling(0.5, -1.7, performer="elliptic", water="ellipsoid")]
+    tables = list(paddle_tables(runs))
+    table = titled(tables, "thrust and swimming")
+    assert column(table, "water")[:4] == ["-", "plate", "plate", "ellipsoid"]
+    assert column(table, "thrust: max [N]")[2:4] == ["1.2", "0.5"]
+    assert not any("elliptic" in row[2] for row in titled(tables, "tip speeds").rows)
+    assert accuracy_table(runs).header[3:] == ("paddler (prb)",)
+    lost = paddling(performer="elliptic", water="ellipsoid", status="diverged")
+    told = titled(paddle_tables([lost]), "thrust and swimming").rows[2]
+    assert (told[1], told[3], told[-1]) == ("elliptic", "ellipsoid", "diverged: the tube folds")
+
+
 def test_the_mean_thrust_changes_sign_where_the_record_says(paddling):
     """least falls from -0.5 to -2 N while most stays at 1 N: nothing is left at 1 N."""
     runs = [paddling(1.0, -least, frequency=f) for f, least in ((0.5, 0.5), (1.0, 0.8), (2.0, 1.2), (3.0, 2.0))]
