@@ -36,7 +36,8 @@ class PrbModel(Frozen):
     topology: Declaration
     parameters: dict[str, float] = Field(default_factory=dict)
     #: Longest step of the simulator; the sampling interval is divided into whole steps.  Every motion is
-    #: simulated with this step and with half of it, and extrapolated.
+    #: simulated with this step and with half of it, and extrapolated.  A paddling device takes this step where it runs
+    #: compiled, a fifth of it and less in MuJoCo (``prb.water``).
     time_step: Annotated[float, Quantity("s", "ms"), Field(gt=0)] = TIME_STEP
     #: What a fit of kind hinge has learned of a pinched tube: its numbers take the place of the parameters.
     hinge: HingeCurves | None = None

@@ -206,7 +206,7 @@ class Motion:
             return f"the motion runs away with steps of {self.step:.3g} s; shorten time_step"
         if self.step_error is not None and not self.step_error <= _STEADY:
             return (
-                f"the motion is not steady: steps of {self.step:.3g} s change thrust or tip speed by "
+                f"the motion is not steady: steps of {self.step:.3g} s still change thrust or tip speed by "
                 f"{self.step_error:.1%} against steps twice as long; shorten time_step"
             )
         return ""

@@ -12,14 +12,16 @@ if TYPE_CHECKING:
 Water = Literal["plate", "ellipsoid", "inertia-box", "none"]
 #: MuJoCo's steps in one of the compiled motion: its method is of the first order, the other of the fourth.
 _FINER = 5
+#: How often its step is halved at most.
+_HALVINGS = 4
 
 
 def paddle_in(water: Water, paddler: "Paddler", stroke: "Stroke", step: float) -> "Motion":
     """Motion from rest under a law of water; ``fault`` says whether it is a result.
 
-    The plate law runs compiled, all others in MuJoCo with a fifth of ``step`` and with a tenth: the second motion is
-    returned, with how far it is from the first.  A spring too fast for MuJoCo's step makes the fin rattle within
-    bounds, which only another step shows.
+    The plate law runs compiled, all others in MuJoCo, with a fifth of ``step`` and with half of that, halved again
+    until the motion is steady.  A spring too fast for MuJoCo's step makes the fin rattle within bounds, which nothing
+    but another step shows.
 
     Parameters
     ----------
@@ -32,16 +34,24 @@ def paddle_in(water: Water, paddler: "Paddler", stroke: "Stroke", step: float) -
         return paddle(paddler, stroke, step)
     from prb.paddler_mujoco import paddle_in_mujoco
 
-    coarse = paddle_in_mujoco(paddler, stroke, water=water, time_step=step / _FINER)
-    if not coarse.completed:
-        return coarse
-    fine = paddle_in_mujoco(paddler, stroke, water=water, time_step=step / _FINER / 2)
-    if not fine.completed:
-        return fine
-    # Without water nothing pushes a free body, and only its tips tell.
-    apart = [
-        float(np.linalg.norm(np.interp(coarse["time"], fine["time"], new) - old))
-        / max(float(np.linalg.norm(old)), 1e-9)
-        for new, old in ((fine.sensed, coarse.sensed), (fine.tip_speed, coarse.tip_speed))
-    ]
-    return replace(fine, step_error=max(apart))
+    step /= _FINER
+    motion = paddle_in_mujoco(paddler, stroke, water=water, time_step=step)
+    for _ in range(_HALVINGS):
+        step /= 2
+        coarse, motion = motion, paddle_in_mujoco(paddler, stroke, water=water, time_step=step)
+        motion = replace(motion, step_error=_apart(coarse, motion))
+        if not motion.fault:
+            break
+    return motion
+
+
+def _apart(coarse: "Motion", fine: "Motion") -> float:
+    """Change of sensed thrust or tip speed, rms over rms, whichever is larger; NaN where a motion runs away.
+
+    Without water nothing pushes a free body, and only its tips tell.
+    """
+    found = []
+    for old, new in ((coarse.sensed, fine.sensed), (coarse.tip_speed, fine.tip_speed)):
+        change = np.linalg.norm(np.interp(coarse["time"], fine["time"], new) - old)
+        found.append(float(change) / max(float(np.linalg.norm(old)), 1e-9))
+    return float(np.max(found))
