@@ -33,14 +33,12 @@ _POINT = 1e-11
 _THIN = 0.02
 #: Of water, Pa*s.
 _VISCOSITY = 1e-3
+_LEFT = "Springs that change with the flattening{} are left to a passive force."
 #: What a model in another water than the plate law's says of it.
 _OWN = {
-    name: f"{told}.  Springs that change with the flattening, and the drag of a free body, are left to a passive force."
-    for name, told in (
-        ("ellipsoid", "The fin's plates are in MuJoCo's own fluid, each as an ellipsoid"),
-        ("inertia-box", "The fin's plates are in MuJoCo's own fluid, each as the box of its inertia"),
-        ("none", "No water acts on fins and body"),
-    )
+    "ellipsoid": f"The fin's plates are in MuJoCo's fluid as ellipsoids.  {_LEFT.format(', and drag of the body,')}",
+    "inertia-box": f"The fin's plates are in MuJoCo's fluid as boxes.  {_LEFT.format(', and drag of the body,')}",
+    "none": f"No water acts on fins and body.  {_LEFT.format('')}",
 }
 #: A motion that is faster runs away, as a compiled one: outward, m/s, and of the hinge, rad/s.
 _FASTEST = (1e3, 1e5)
