@@ -19,7 +19,7 @@ class PlateEdge(Steady):
 
     Stations of the edge lie on columns of nodes along the sheet.  Every increment begins by looking where each column
     crosses the edge's height; there, until its end, the plate holds it back with the pressure of a stiff spring.  A
-    column that ends below the height has slipped off.
+    column that ends below the height has slipped off, under the plate, and does not come back.
 
     Parameters
     ----------
@@ -52,6 +52,7 @@ class PlateEdge(Steady):
         self._normal, self._upwards = np.zeros(3), np.zeros(3)
         self._start = self._height = 0.0
         self._first, self._on = np.zeros(len(columns), dtype=np.int64), np.zeros(len(columns), dtype=bool)
+        self._slipped = np.zeros(len(columns), dtype=bool)
         self._values = np.zeros((len(columns), 3))
 
     def meet(self, x: Array, normal: Array, upwards: Array, point: Array) -> None:
@@ -70,6 +71,7 @@ class PlateEdge(Steady):
         """
         self._normal, self._upwards, self._height = normal, upwards, float(point @ upwards)
         self._started = self._new = True
+        self._on[:] = self._slipped[:] = False
         self._look(x)
         if not self._on.any():
             raise ValueError("the plate's edge lies beyond the tip of the fin: lower its place")
@@ -93,7 +95,8 @@ class PlateEdge(Steady):
         heights = (self._points + x[: len(self._points)])[self._columns] @ self._upwards - self._height
         ends = heights[:, ::2]
         crossed = (ends[:, :-1] < 0) & (ends[:, 1:] >= 0)
-        self._on = np.asarray(crossed.any(axis=1))
+        self._slipped |= self._on & ~crossed.any(axis=1)
+        self._on = crossed.any(axis=1) & ~self._slipped
         first = np.where(self._on, 2 * crossed.argmax(axis=1), self._first)
         low, high = np.zeros(len(first)), np.full(len(first), 2.0)
         inside = np.take_along_axis(heights, first[:, None] + np.arange(3), axis=1)

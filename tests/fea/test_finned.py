@@ -179,6 +179,11 @@ def test_the_edge_slides_along_and_off():
     assert slope @ step.ravel() == pytest.approx(change.ravel(), abs=1e-6)
     edge.prepare(still - [0, 0, 0.75])
     assert edge.pressing(still, 1.0) == 0.0
+    # It is under the plate now: were it caught again, the plate would be a tenth of a metre deep in it.
+    edge.prepare(still)
+    assert edge.pressing(still, 1.0) == 0.0
+    edge.meet(still, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]), np.array([0.0, 0, 0.5]))
+    assert edge.pressing(still, 1.0) > 0.0
 
 
 def test_pictures_show_rest_middle_and_end():
