@@ -40,6 +40,11 @@ _PUSH = (
     "initial stiffness as of a hinge at the crease's middle; fin angle from the tube's axis and tip's radius of "
     "curvature at first touch; lab: the largest over five pressures, the plate's place is not published"
 )
+_PER_SENSE = {
+    "largest [N]": ("force_max", 1.0), "limit [N]": ("limit_load", 1.0), "at [mm]": ("push_at_limit", _MM),
+    "K [N m/rad]": ("torsional_stiffness", 1.0),
+}  # fmt: skip
+_BOTH = tuple(f"{sense}: {name}" for sense in SENSES for name in _PER_SENSE)
 _LAWS = (
     "a exp(b f) + c exp(d f) over f, the flattening over 33 mm, as in 4.5.3; misfit: root mean square over the largest "
     "value; spare: points beyond the four numbers, without which any points are met"
@@ -60,7 +65,8 @@ def fin_tables(entries: Sequence[Entry]) -> Iterator[Table]:
     series = angle_series(pinched)
     states = fin_states(mine)
     for table in (
-        accuracy_table(mine), effect_table(series), *_propagations(series, pinched), *map(_state_table, states),
+        accuracy_table(mine), effect_table(series), *_propagations(series, pinched),
+        *(_state_table(one) for one in states if one.plain or len(one.states) > 1), _design_table(states),
         _law_table(states), pressure_table(inflated), *paddle_tables(mine), run_time_table(mine),
     ):  # fmt: skip
         if table.rows:
@@ -143,34 +149,51 @@ def _labelled(entry: Entry) -> str:
 
 def _state_table(found: FinStates) -> Table:
     """Limit loads in both senses over the flattening."""
-    known = figures()
-    published = [known[id]["value"] for id in ("c4-f-opposite", "c4-f-equal")]
-    lab = ("lab", "", "", "", *(c for force in published for c in (shown(force, ""), "", "", "")),
-           shown(published[0] / published[1], ""), "")  # fmt: skip
     lines = tuple(_state_line(state) for state in found.states)
-    per_sense = ("largest [N]", "limit [N]", "at [mm]", "K [N m/rad]")
     header = (
-        "pinched [mm]", "flat", "fin angle [deg]", "tip radius [mm]",
-        *(f"{sense}: {name}" for sense in SENSES for name in per_sense), "opposite over equal", "because",
+        "pinched [mm]", "flat", "fin angle [deg]", "tip radius [mm]", *_BOTH, "opposite over equal", "because",
     )  # fmt: skip
+    lab = ("lab", *[""] * 3, *_lab_pushes(), "")
     return Table(f"limit loads of the fin, {found.title}", header, (lab, *lines), (_PUSH,), detail=not found.plain)
 
 
+def _design_table(states: Sequence[FinStates]) -> Table:
+    """Designs and rigs that were pushed in one state of flattening alone, a line each."""
+    lines = [
+        (one.label, one.performer, shown(_MM * state.travel, ""), *_push_cells(state))
+        for one in states
+        if not one.plain and len(one.states) == 1
+        for state in one.states
+    ]
+    header = ("device", "by", "pinched [mm]", *_BOTH, "opposite over equal", "because")
+    lab = ("lab: prototype", "", "", *_lab_pushes(), "")
+    title = "limit loads of fins of other designs, and pushed elsewhere"
+    return Table(title, header, (lab, *lines) if lines else (), (_PUSH,))
+
+
+def _lab_pushes() -> tuple[str, ...]:
+    known = figures()
+    published = [known[id]["value"] for id in ("c4-f-opposite", "c4-f-equal")]
+    return (*(c for force in published for c in (shown(force, ""), "", "", "")), shown(published[0] / published[1], ""))
+
+
 def _state_line(state: FinState) -> tuple[str, ...]:
-    cells = []
-    for sense in SENSES:
-        for name, factor in (
-            ("force_max", 1.0), ("limit_load", 1.0), ("push_at_limit", _MM), ("torsional_stiffness", 1.0)
-        ):  # fmt: skip
-            cells.append(shown(state.number(sense, name) * factor, ""))
-    ratio = state.number("opposite", "force_max") / state.number("equal", "force_max")
-    records = [point.entry.record for point in state.pushes.values()]
-    why = dict.fromkeys(f"{r.status}: {r.reason}" for r in records if not r.completed)
     place = _at_touch(state)
     return (
         shown(_MM * state.travel, ""), shown(state.share, ""), shown(math.degrees(place[0]), ""),
-        shown(_MM * place[1], ""), *cells, shown(ratio, ""), "; ".join(why),
+        shown(_MM * place[1], ""), *_push_cells(state),
     )  # fmt: skip
+
+
+def _push_cells(state: FinState) -> tuple[str, ...]:
+    """Cells of ``_BOTH``, the ratio of both senses, and why a push ended early."""
+    cells = [
+        shown(state.number(sense, name) * factor, "") for sense in SENSES for name, factor in _PER_SENSE.values()
+    ]  # fmt: skip
+    ratio = state.number("opposite", "force_max") / state.number("equal", "force_max")
+    records = [point.entry.record for point in state.pushes.values()]
+    why = dict.fromkeys(f"{r.status}: {r.reason}" for r in records if not r.completed)
+    return (*cells, shown(ratio, ""), "; ".join(why))
 
 
 def _at_touch(state: FinState) -> tuple[float, float]:

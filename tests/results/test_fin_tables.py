@@ -165,6 +165,25 @@ def test_limit_loads_stand_beside_the_labs(fin_push):
     assert column(table, "fin angle [deg]")[1:] == ["40"] * 3
 
 
+def test_other_designs_share_a_table(fin_push):
+    """One state each: a line per design instead of a table."""
+    arcs = [
+        fin_push(
+            sense, 0.033, force, slug=f"fin_arc={arc}deg_sense={sense}", device=FinnedTube(fin_arc=np.deg2rad(arc))
+        )
+        for arc, forces in ((90, (0.6, 0.4)), (130, (1.7, 0.2)))
+        for sense, force in zip(("opposite", "equal"), forces, strict=True)
+    ]
+    tables = list(fin_tables([*arcs, fin_push("equal", 0.033, 0.3)]))
+    table = titled(tables, "limit loads of fins of other designs")
+    assert column(table, "device") == ["lab: prototype", "prototype, fin arc 90deg", "prototype, fin arc 130deg"]
+    assert column(table, "opposite: largest [N]") == ["5.02", "0.6", "1.7"]
+    assert column(table, "opposite over equal") == ["15.69", "1.5", "8.5"]
+    assert column(table, "pinched [mm]")[1:] == ["33", "33"]
+    assert sum(one.title.startswith("limit loads") for one in tables) == 2
+    assert not [one for one in fin_tables([fin_push("equal", 0.033, 0.3)]) if "other designs" in one.title]
+
+
 def test_a_fin_that_only_stiffens_has_no_limit(fin_push):
     (states,) = fin_states([fin_push("opposite", 0.01, 2.0, snaps=False), fin_push("equal", 0.01, 0.5)])
     assert states.largest("opposite") == pytest.approx(4.0)
