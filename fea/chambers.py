@@ -1,31 +1,66 @@
 """A row of pressurised chambers on the inside of a shell, without a mesh of its own."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fea import shell_geometry as geometry
+from fea.chamber_layer import DEPTHS, Fibres, Layer, Work
 from fea.shell import Shell
 from fea.terms import Steady
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Points per direction of an element, beside which the row's edges may end, and step of differences, m.
-_POINTS, _STEP = 4, 1e-7
+#: Points per direction of an element, and smaller ones for each of them that tell how much of it lies in the row.
+_POINTS, _FINER = 4, 8
+#: The tops meet their images across this axis; width of the contact's blend over the height.
+_AXIS, _BLEND = 1, 0.02
+#: Shear modulus of the walls over Young's: of what keeps its volume.
+_SHEAR = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Walls:
+    """What chambers are made of.
+
+    Parameters
+    ----------
+    modulus
+        Young's modulus E, Pa.
+    top
+        Thickness of the tops t1, m.
+    taut
+        Share of the tops' stiffness across the chambers: 1 where they stretch, 0 where they bulge instead.
+    touching
+        Width of a chamber over the distance of neighbours at the tops: the stretch below which they touch.
+    sides
+        Volume of the walls between the chambers, m^3.
+    """
+
+    modulus: float
+    top: float
+    taut: float
+    touching: float
+    sides: float
 
 
 class ChamberRow(Steady):
     """A layer of chambers under the bottom of a shell that is blown up: a ``fea.terms.Term``.
 
     Their side walls are taken to stand on the shell, along its directors, and to keep their height: the layer between
-    the bottom b and the tops b - h d follows the shell.  The pressure p works on the volume V of the cavities, and the
-    tops stretch around like membranes of the stiffness k = E t1:
+    the bottom b and the tops b - h d follows the shell.  The pressure p works on the volume V of the cavities; tops
+    stretch across the chambers, and push where neighbours touch; tops and side walls stretch along them:
 
-        W = -p (V - V0) + integral of k/2 ((|T|^2 / |T0|^2 - 1) / 2)^2 over the tops
+        W = -p (V - V0) + sum of k (s^2 + 2/s - 3) / 6 over all fibres + integral of G t1 g^2 / 2 over the tops
 
-    with the tops' tangent T across the chambers.  What is left out: that side walls bulge and lean, and bend.
+    with the fibres' stretch s and the shear g of the tops, against which chambers are closed boxes.
+
+    The tops may not pass the plane y = 0, beyond which are their mirror images: they press by E f(-y) / h, with the
+    smoothed f of ``fea.contact.law``, so that they give way by a thirtieth of h under a thirtieth of E.  What is left
+    out: that side walls bulge, lean and bend, and the end walls.
 
     Parameters
     ----------
@@ -37,38 +72,68 @@ class ChamberRow(Steady):
         h, m.
     cavity
         Volume of the cavities V0, m^3.
-    stiffness
-        k, N/m.
+    walls
+        Stiffness.
     across
         Unit vectors (n, 3) across the chambers at places (n, 3), m.
     pressure
         p, Pa, as a function of t.
+
+    Attributes
+    ----------
+    layer_volume
+        Volume of the layer at rest, of which the cavities are a part, m^3.
     """
 
     def __init__(
         self, part: Shell, inside: Callable[[Array], NDArray[np.bool_]], height: float, cavity: float,
-        stiffness: float, across: Callable[[Array], Array], pressure: Callable[[float], float],
+        walls: Walls, across: Callable[[Array], Array], pressure: Callable[[float], float],
     ) -> None:  # fmt: skip
-        self._h, self._k, self._pressure = height, stiffness, pressure
+        self._h, self._walls, self._pressure = height, walls, pressure
         places, weights = np.polynomial.legendre.leggauss(_POINTS)
         self._shapes = geometry.quad9(geometry.grid(places, places))
-        spots = self._shapes[0] @ part.mid[part.surface_cells]
-        chosen = inside(spots.reshape(-1, 3)).reshape(spots.shape[:2])
-        elements = np.flatnonzero(chosen.any(axis=1))
+        shares = _covered(part, inside, weights)
+        elements = np.flatnonzero(shares.any(axis=1))
+        spots = self._shapes[0] @ part.mid[part.surface_cells[elements]]
         self._cells = part.cells[elements]
-        self._weights = np.outer(weights, weights).ravel() * chosen[elements]
-        self._rest = part.points[self._cells].reshape(-1, 9, 2, 3)
+        self._weights = np.outer(weights, weights).ravel() * shares[elements]
+        self._rest = part.points[self._cells]
+        self._makes = _field_shapes(*self._shapes)
+        self._places = np.stack([np.kron(self._shapes[0], [1.0, 0.0]), self._makes[:, 2]], axis=1)
         rows, columns = (by @ part.mid[part.surface_cells[elements]] for by in self._shapes[1:])
-        # How r and s change over a metre across.
+        # How r and s change over a metre across, and along.
         frame = np.stack([rows, columns, np.cross(rows, columns)], axis=-1)
-        turned = across(spots[elements].reshape(-1, 3)).reshape(*spots[elements].shape)
-        self._ways = np.linalg.solve(frame, turned[..., None])[..., :2, 0]
-        # Cavities fill that share of the layer, and tops what they have to.
-        self._fill = 1.0
-        top = self._tops(self._rest)
-        self._length, self._area = np.linalg.norm(top[0], axis=2), np.linalg.norm(top[1], axis=2) * self._weights
-        self._volume = self._swept(self._rest)
-        self._fill = cavity / self._volume
+        sideways = across(spots.reshape(-1, 3)).reshape(spots.shape)
+        onwards = np.cross(frame[..., 2], sideways)
+        onwards /= np.linalg.norm(onwards, axis=2, keepdims=True)
+        ways = [np.asarray(np.linalg.solve(frame, way[..., None])[..., :2, 0]) for way in (sideways, onwards)]
+        # Cavities fill that share of the layer, and side walls that one.
+        whole = self._swept(self._rest)
+        self._fill, self.layer_volume = cavity / whole, whole
+        self._area = self._areas(height)
+        self._string(*ways)
+
+    def _string(self, across: Array, along: Array) -> None:
+        """Tops and side walls as fibres."""
+        walls, h = self._walls, self._h
+        stiff, upright = walls.modulus * walls.top, walls.modulus * walls.sides / self.layer_volume * h / 2
+        self._across, self._along = self._strung(across, h, stiff), self._strung(along, h, stiff)
+        self._fibres = [
+            self._strung(across, h, walls.taut * stiff),
+            self._strung(across, h, stiff, walls.touching),
+            self._along,
+            *(self._strung(along, h * depth, upright) for depth in DEPTHS),
+        ]
+
+    def _areas(self, depth: float) -> Array:
+        """Of the layer at rest, of every point at a depth (elements, points), m^2."""
+        a, b = np.moveaxis(self._layer(self._rest).slopes(depth), 2, 0)
+        return np.asarray(np.linalg.norm(np.cross(a, b), axis=2) * self._weights)
+
+    def _strung(self, ways: Array, depth: float, stiffness: float, touching: float | None = None) -> Fibres:
+        """Fibres of a ``stiffness`` per area, N/m."""
+        tangent = np.einsum("eqk,eqki->eqi", ways, self._layer(self._rest).slopes(depth))
+        return Fibres(ways, depth, np.linalg.norm(tangent, axis=2), stiffness * self._areas(depth), touching)
 
     @property
     def cells(self) -> Ints:
@@ -76,98 +141,98 @@ class ChamberRow(Steady):
         return self._cells
 
     def _now(self, x: Array) -> Array:
-        return self._rest + x[self._cells].reshape(self._rest.shape)
+        return self._rest + x[self._cells]
 
-    def _fields(self, ends: Array) -> tuple[Array, ...]:
-        """Bottom's slopes b_r, b_s and directors' D, D_r, D_s (elements, points, 3) of nodes (elements, 9, 2, 3)."""
-        bottom, along = ends[:, :, 0], ends[:, :, 1] - ends[:, :, 0]
-        values, by_r, by_s = self._shapes
-        return by_r @ bottom, by_s @ bottom, values @ along, by_r @ along, by_s @ along
-
-    def _tops(self, ends: Array) -> tuple[Array, Array]:
-        """Tangent across the tops, and their area vector (elements, points, 3)."""
-        rows, columns, director, *slopes = self._fields(ends)
-        size = np.linalg.norm(director, axis=2, keepdims=True)
-        d = director / size
-        a, b = (
-            v - self._h * (w - d * (w * d).sum(axis=2, keepdims=True)) / size
-            for v, w in zip((rows, columns), slopes, strict=True)
-        )
-        return a * self._ways[..., :1] + b * self._ways[..., 1:], np.cross(a, b)
+    def _layer(self, ends: Array) -> Layer:
+        """The layer with nodes at ``ends`` (elements, 18, 3)."""
+        return Layer(np.einsum("qfn,eni->eqfi", self._makes, ends, optimize=True), self._h)
 
     def _swept(self, ends: Array) -> float:
         """Volume of the layer, m^3."""
-        return self._worked(ends, 1.0, 0.0)[0]
+        return self._layer(ends).volume(self._weights).energy
 
-    def _worked(self, ends: Array, pressing: float, stretching: float) -> tuple[float, Array]:
-        """pressing V + stretching U and its derivative by the nodes (elements, 9, 2, 3); U at k = 1."""
-        rows, columns, director, by_r, by_s = self._fields(ends)
-        size = np.linalg.norm(director, axis=2, keepdims=True)
-        d = director / size
+    def _worked(self, ends: Array, t: float, second: bool = False) -> Work:
+        """Energy but for a constant, and its derivatives by the fields, without meeting tops."""
+        layer = self._layer(ends)
+        work = layer.volume(-self._pressure(t) * self._fill * self._weights, second)
+        for fibres in self._fibres:
+            work.add(layer.stretch(fibres, second))
+        work.add(layer.shear(self._across, self._along, _SHEAR, second))
+        return layer.carried(work)
 
-        def dot(u: Array, v: Array) -> Array:
-            return np.asarray((u * v).sum(axis=2, keepdims=True))
-
-        turn = [(w - d * dot(w, d)) / size for w in (by_r, by_s)]
-        total, on = 0.0, {name: np.zeros_like(d) for name in ("r", "s", "d", "dr", "ds")}
-        gauss = 0.5 * self._h * (1 + np.array([-1, 1]) / np.sqrt(3))
-        for depth, weight, kind in ((gauss[0], self._h / 2, 0), (gauss[1], self._h / 2, 0), (self._h, 1.0, 1)):
-            a, b = rows - depth * turn[0], columns - depth * turn[1]
-            if kind == 0:
-                w = (pressing * weight * self._weights)[..., None]
-                total += float((w * dot(np.cross(a, b), d)).sum())
-                on_a, on_b = w * np.cross(b, d), w * np.cross(d, a)
-                on["d"] += w * np.cross(a, b)
-            else:
-                along = a * self._ways[..., :1] + b * self._ways[..., 1:]
-                strain = 0.5 * (dot(along, along) / self._length[..., None] ** 2 - 1.0)
-                w = (stretching * self._area)[..., None]
-                total += float((0.5 * w * strain**2).sum())
-                pull = w * strain * along / self._length[..., None] ** 2
-                on_a, on_b = pull * self._ways[..., :1], pull * self._ways[..., 1:]
-            on["r"] += on_a
-            on["s"] += on_b
-            on["dr"] -= depth * on_a
-            on["ds"] -= depth * on_b
-        onto = {}
-        for name, slope, turned in (("dr", by_r, turn[0]), ("ds", by_s, turn[1])):
-            g = on[name]
-            onto[name] = (g - d * dot(g, d)) / size
-            on["d"] -= (g * dot(d, slope) + slope * dot(g, d)) / size
-            onto[name + "0"] = -dot(g, turned) * d / size
-        onto["d"] = (on["d"] - d * dot(on["d"], d)) / size + onto.pop("dr0") + onto.pop("ds0")
-        values, dr, ds = self._shapes
-        bottom = dr.T @ on["r"] + ds.T @ on["s"]
-        along = values.T @ onto["d"] + dr.T @ onto["dr"] + ds.T @ onto["ds"]
-        return total, np.stack([bottom - along, along], axis=2)
-
-    def _factors(self, t: float) -> tuple[float, float]:
-        return -self._pressure(t) * self._fill, self._k
+    def _met(self, ends: Array, second: bool = False) -> tuple[float, Array, Array | None]:
+        """Energy of tops that meet their images, and its derivatives by b and D: (..., 2, 3), (..., 2, 3, 2, 3)."""
+        floor = np.einsum("qn,eni->eqi", self._shapes[0], ends[:, ::2])
+        place, by, bent = self._layer(ends).height_of_tops(floor[..., _AXIS], _AXIS)
+        depth, blend = np.maximum(-place, 0.0), _BLEND * self._h
+        low, penalty = np.minimum(depth, blend), self._area * self._walls.modulus / self._h
+        over = depth - low
+        energy = penalty * (low**3 / (6 * blend) + over * blend / 2 + over**2 / 2)
+        push, slope = penalty * (low**2 / (2 * blend) + over), penalty * low / blend
+        way = np.stack([np.broadcast_to(np.eye(3)[_AXIS], by.shape), by], axis=2)
+        first, matrix = -push[..., None, None] * way, None
+        if second:
+            matrix = np.einsum("eq,eqfi,eqgj->eqfigj", slope, way, way, optimize=True)
+            matrix[:, :, 1, :, 1, :] -= push[..., None, None] * bent
+        return float(energy.sum()), first, matrix
 
     def force(self, x: Array, t: float) -> Array:
         """See ``Term``."""
-        result = np.zeros_like(x)
-        np.add.at(result, self._cells, self._worked(self._now(x), *self._factors(t))[1].reshape(-1, 18, 3))
+        ends, result = self._now(x), np.zeros_like(x)
+        onto = np.einsum("qfn,eqfi->eni", self._makes, self._worked(ends, t).first, optimize=True)
+        onto += np.einsum("qfn,eqfi->eni", self._places, self._met(ends)[1], optimize=True)
+        np.add.at(result, self._cells, onto)
         return result
 
     def tangent(self, x: Array, t: float) -> Array:
-        """Central differences of the force, made symmetric."""
-        ends, factors = self._now(x), self._factors(t)
-        result = np.empty((len(ends), 54, 54))
-        for unknown in range(54):
-            sides = []
-            for step in (_STEP, -_STEP):
-                near = ends.reshape(-1, 54).copy()
-                near[:, unknown] += step
-                sides.append(self._worked(near.reshape(ends.shape), *factors)[1].reshape(-1, 54))
-            result[:, :, unknown] = (sides[0] - sides[1]) / (2 * _STEP)
-        return 0.5 * (result + result.swapaxes(1, 2))
+        """See ``Term``."""
+        ends = self._now(x)
+        work, met = self._worked(ends, t, second=True).second, self._met(ends, second=True)[2]
+        assert work is not None
+        assert met is not None
+        return _on_nodes(work, self._makes) + _on_nodes(met, self._places)
 
     def energy(self, x: Array, t: float) -> float:
-        """Stretch of the tops less the work of the pressure, J."""
-        pressing, stretching = self._factors(t)
-        return self._worked(self._now(x), pressing, stretching)[0] - pressing * self._volume
+        """Stretch of the walls and meeting tops less the work of the pressure, J."""
+        ends = self._now(x)
+        return self._worked(ends, t).energy + self._pressure(t) * self._fill * self.layer_volume + self._met(ends)[0]
+
+    def report(self, x: Array) -> dict[str, float]:
+        """Force of meeting tops, and how far they have passed the plane."""
+        ends = self._now(x)
+        floor = np.einsum("qn,eni->eqi", self._shapes[0], ends[:, ::2])
+        place = self._layer(ends).height_of_tops(floor[..., _AXIS], _AXIS)[0]
+        return {
+            "force of meeting tops [N]": -float(self._met(ends)[1][:, :, 0, _AXIS].sum()),
+            "lowest top [m]": float(place[self._weights > 0].min()),
+        }
 
     def growth(self, x: Array) -> float:
         """Volume of the cavities over that at rest."""
-        return self._swept(self._now(x)) / self._volume
+        return self._swept(self._now(x)) / self.layer_volume
+
+
+def _covered(part: Shell, inside: Callable[[Array], NDArray[np.bool_]], weights: Array) -> Array:
+    """Share of what every point stands for that lies inside (elements, points): edges run across elements."""
+    starts = np.concatenate([[-1.0], -1.0 + np.cumsum(weights)[:-1]])
+    steps = (np.arange(_FINER) + 0.5) / _FINER
+    finer = (starts[:, None] + weights[:, None] * steps).ravel()
+    spots = geometry.quad9(geometry.grid(finer, finer))[0] @ part.mid[part.surface_cells]
+    chosen = inside(spots.reshape(-1, 3)).reshape(-1, _POINTS, _FINER, _POINTS, _FINER)
+    return np.asarray(chosen.mean(axis=(2, 4)).reshape(-1, _POINTS**2))
+
+
+def _field_shapes(values: Array, by_r: Array, by_s: Array) -> Array:
+    """Fields of ``fea.chamber_layer`` at the points by the nodes, bottom and top in turn (points, 5, 18)."""
+    result = np.zeros((len(values), 5, 9, 2))
+    result[:, 0, :, 0], result[:, 1, :, 0] = by_r, by_s
+    for number, shapes in enumerate((values, by_r, by_s), 2):
+        result[:, number, :, 0], result[:, number, :, 1] = -shapes, shapes
+    return result.reshape(len(values), 5, 18)
+
+
+def _on_nodes(second: Array, makes: Array) -> Array:
+    """Matrices (elements, 54, 54) of second derivatives (elements, points, fields, 3, fields, 3)."""
+    count, points, fields = second.shape[:3]
+    half = np.einsum("eqfigj,qgn->eqfinj", second, makes, optimize=True).reshape(count, points * fields, -1)
+    return np.asarray((makes.reshape(points * fields, 18).T @ half).reshape(count, 54, 54))
