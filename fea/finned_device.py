@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from skfem import MeshQuad2
 
 from fea.case import Case
-from fea.chambers import ChamberRow
+from fea.chambers import ChamberRow, Walls
 from fea.contact import ContactLaw, Plane, PlaneContact, SurfaceContact
 from fea.model import FeaModel
 from fea.parts import Deformable
@@ -300,9 +300,8 @@ def _add_walls(
         return
     law, upper = ContactLaw(specimen.material.youngs_modulus, specimen.wall), _standing(tube, 1.0)
     if "y" in mirrors:
-        # Chambers in the way meet their images before the walls do.
-        height = specimen.chambers.height if pressed else 0.0
-        plane = Plane(np.array([0.0, height, 0.0]), np.array([0.0, 1.0, 0.0]))
+        # Chambers in the way see to themselves.
+        plane = Plane(np.zeros(3), np.array([0.0, 1.0, 0.0]))
         _add(case, made, "walls", lambda points: PlaneContact(upper, points, plane, law))
     else:
         _add(case, made, "walls", lambda points: SurfaceContact(upper, _standing(tube, -1.0), points, law))
@@ -325,10 +324,11 @@ def _chambers(tube: Sheet, specimen: FinnedTube, model: FeaModel, drive: Ramp) -
         return np.column_stack([-places[:, 1] / size, places[:, 0] / size, np.zeros(len(places))])
 
     assert isinstance(tube.part, Shell)
-    stiffness = model.chamber_tops * specimen.material.youngs_modulus * wall
-    return ChamberRow(
-        tube.part, within, chambers.height, quarter * chambers.number * cavity, stiffness, across, drive
-    )  # fmt: skip
+    count = quarter * chambers.number
+    sides = 2 * count * wall * chambers.height * chambers.length
+    touching = chambers.width / (chambers.width + chambers.gap)
+    walls = Walls(specimen.material.youngs_modulus, wall, model.chamber_tops, touching, sides)
+    return ChamberRow(tube.part, within, chambers.height, count * cavity, walls, across, drive)
 
 
 def _standing(tube: Sheet, side: float) -> Surface:
