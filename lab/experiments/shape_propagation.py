@@ -19,6 +19,9 @@ class ShapePropagation(FinDrive):
     mid-length, in order, m; ``fin_radius`` (n,), of the circle that fits the middle line of the tip's edge, m;
     ``fin_angle`` (n,), of the fin's crown from +z towards +x, rad; ``gap`` (n,), smallest between inner walls, m;
     ``energy`` (n,), elastic, J; ``strain`` (n,), largest principal strain.
+
+    With the drive pressure ``travel`` is the answer, up to the pressure of the last increment, and need not grow with
+    it: where chambers meet across y = 0, more air may push top and bottom apart again.
     """
 
     kind: Literal["ShapePropagation"] = "ShapePropagation"
