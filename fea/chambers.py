@@ -34,6 +34,8 @@ class Walls:
         Thickness of the tops t1, m.
     taut
         Share of the tops' stiffness across the chambers: 1 where they stretch, 0 where they bulge instead.
+    along
+        Share of the stiffness of tops and side walls along the tube: 1 where they stretch, less where they fold.
     touching
         Width of a chamber over the distance of neighbours at the tops: the stretch below which they touch.
     sides
@@ -43,6 +45,7 @@ class Walls:
     modulus: float
     top: float
     taut: float
+    along: float
     touching: float
     sides: float
 
@@ -116,8 +119,9 @@ class ChamberRow(Steady):
     def _string(self, across: Array, along: Array) -> None:
         """Tops and side walls as fibres."""
         walls, h = self._walls, self._h
-        stiff, upright = walls.modulus * walls.top, walls.modulus * walls.sides / self.layer_volume * h / 2
-        self._across, self._along = self._strung(across, h, stiff), self._strung(along, h, stiff)
+        stiff = walls.modulus * walls.top
+        upright = walls.along * walls.modulus * walls.sides / self.layer_volume * h / 2
+        self._across, self._along = self._strung(across, h, stiff), self._strung(along, h, walls.along * stiff)
         self._fibres = [
             self._strung(across, h, walls.taut * stiff),
             self._strung(across, h, stiff, walls.touching),

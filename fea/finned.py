@@ -25,6 +25,7 @@ def perform(specimen: FinnedTube, experiment: FinExperiment, model: FeaModel, me
         notes.append(f"done in time with steadying viscosity: {play.reason}")
         play = _played(specimen, experiment, model, mesh, 1.0)
     seconds, sensed, device = perf_counter() - began, play.sensed, play.device
+    notes += play.notes
     if device.chambers is not None and (met := device.chambers.report(play.x)["force of meeting tops [N]"]):
         notes.append(f"chambers meet across y = 0, at the end with {device.copies / 2 * met:.3g} N")
     told = how(device.parts, model, device.problem.linear, seconds, play.history.summary())

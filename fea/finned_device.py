@@ -327,7 +327,9 @@ def _chambers(tube: Sheet, specimen: FinnedTube, model: FeaModel, drive: Ramp) -
     count = quarter * chambers.number
     sides = 2 * count * wall * chambers.height * chambers.length
     touching = chambers.width / (chambers.width + chambers.gap)
-    walls = Walls(specimen.material.youngs_modulus, wall, model.chamber_tops, touching, sides)
+    walls = Walls(
+        specimen.material.youngs_modulus, wall, model.chamber_tops, model.chamber_walls, touching, sides
+    )  # fmt: skip
     return ChamberRow(tube.part, within, chambers.height, count * cavity, walls, across, drive)
 
 

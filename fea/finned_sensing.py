@@ -1,6 +1,7 @@
 """What is sensed at a tube with fins."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ class Sensed:
             "pressure": device.pressure(t),
             "p": device.fin.moved(x, device.corner)[0],
             "tip": self._tip_middle(x),
+            "fin_y": float(-device.fin.moved(x, self._upper)[:, 1].min()),
             "section": device.section(x),
             "fin_radius": self._fin_radius(x),
             "fin_angle": self._fin_angle(x),
@@ -67,6 +69,11 @@ class Sensed:
         parts = self.device.parts
         ends = np.cumsum([0, *(part.nodes for part in parts)])
         return [(part, x[a:b]) for part, a, b in zip(parts, ends[:-1], ends[1:], strict=True)]
+
+    @cached_property
+    def _upper(self) -> NDArray[np.int64]:
+        """Surface nodes of the fin with y > 0."""
+        return np.flatnonzero(self.device.fin.mid[:, 1] > 0.0)
 
     def _tip_middle(self, x: Array) -> Array:
         return np.asarray(self.device.fin.moved(x, self.device.crown[-1:])[0])
@@ -105,6 +112,7 @@ class Sensed:
             one("pressure", "Pa", "in the chambers, over outside"),
             one("p", "m", "displacement of P", "axis"),
             one("tip", "m", "displacement of the middle of the tip", "axis"),
+            one("fin_y", "m", "largest motion of the fin's upper half towards the x-z plane"),
             one("section", "m", "middle of the wall at mid-length", "place", "plane_axis"),
             one("fin_radius", "m", "circle that fits the tip's edge"),
             one("fin_angle", "rad", "fin's crown from the tube's axis"),

@@ -31,6 +31,8 @@ class Play:
     ----------
     reason
         Why a stage could not be finished; empty while all is well.
+    notes
+        What a reader should know: a fin that has slipped off the plate.
     """
 
     device: Device
@@ -38,6 +40,7 @@ class Play:
     tolerance: float
     sensed: Sensed = field(init=False)
     history: History = field(default_factory=History)
+    notes: list[str] = field(default_factory=list)
     reason: str = ""
 
     def __post_init__(self) -> None:
@@ -99,9 +102,20 @@ class Play:
             try:
                 follow(problem, branch, start + number / increments, self._options, self.history)
             except DivergedError as error:
-                done = 100 * (self.t - start)
-                self.reason = f"stage {stage} stopped at {done:.3g} % of its way: {error}"
+                if not self._slipped_off():
+                    done = 100 * (self.t - start)
+                    self.reason = f"stage {stage} stopped at {done:.3g} % of its way: {error}"
                 if self.t > start + (number - 1) / increments:
                     self.sensed.read(stage, branch.states[-1], self.t)
                 return
             self.sensed.read(stage, branch.states[-1], self.t)
+            if self._slipped_off():
+                return
+
+    def _slipped_off(self) -> bool:
+        """Whether the fin has left the plate, which is the end of a push; noted."""
+        plate = self.device.plate
+        if plate is None or not plate.slipped_off:
+            return False
+        self.notes.append(f"the fin slipped off the plate by {1e3 * plate.way(self.t):.3g} mm of its way: the end")
+        return True

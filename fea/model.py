@@ -101,6 +101,10 @@ class FeaModel(Frozen):
     chamber_tops: float = Field(
         1.0, ge=0, le=1, description="Pressurised chambers: share of their tops' stiffness around, 1 taut, 0 bulging."
     )
+    #: What decides how far air flattens a tube: thin walls fold rather than stretch, and nobody has measured it.
+    chamber_walls: float = Field(
+        1.0, gt=0, le=1, description="Pressurised chambers: share of their walls' stiffness along the tube."
+    )
     friction: float = Field(0.0, ge=0, le=2, description="Pinched tubes: Coulomb friction of the inner wall on itself.")
     #: Where a weight folds the tube right over, contact on both sides of its wall does not settle.
     outer_contact: bool = Field(True, description="Pinched tubes: the outer wall meets itself, too.")

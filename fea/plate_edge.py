@@ -9,8 +9,9 @@ from fea.terms import Steady
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Width, over the sheet's thickness, in which contact begins.
-_BLEND = 5e-3
+#: Width, over the sheet's thickness, in which contact begins: where an edge rolls from column to column, a narrower one
+#: costs ten times the steps and changes no peak by half a percent.
+_BLEND = 5e-2
 _ITERATIONS = 30
 
 
@@ -78,16 +79,21 @@ class PlateEdge(Steady):
         self._start = float((self._at(x)[self._on] @ normal).min())
 
     @property
+    def slipped_off(self) -> bool:
+        """Whether none of the sheet is left before the plate."""
+        return self._started and not self._on.any()
+
+    @property
     def cells(self) -> Ints:
         """See ``Term``."""
         return np.take_along_axis(self._columns, self._first[:, None] + np.arange(3), axis=1)
 
     def prepare(self, x: Array) -> bool:
         """Find where columns cross the edge's height; True when that is in other elements than before."""
-        before = self._first
+        before, on = self._first, self._on
         if self._started:
             self._look(x)
-        changed = self._new or not np.array_equal(before, self._first)
+        changed = self._new or not (np.array_equal(before, self._first) and np.array_equal(on, self._on))
         self._new = False
         return changed
 

@@ -26,7 +26,8 @@ _SWEEP = 3
 
 _PROPAGATION = (
     "P: the tip's corner at +y of the fin at +x; s: its travel in the x-z plane, y: its motion towards that plane, x, "
-    "z: its displacement, all at the end of the pinch; stroke: turn of the fin's crown towards the tube; curvature: of "
+    "z: its displacement, all at the end of the pinch; y of fin: largest motion of any place of the fin towards that "
+    "plane; stroke: turn of the fin's crown towards the tube; curvature: of "
     "the tip over that at rest; strain: largest principal one"
 )
 _EFFECT = (
@@ -121,8 +122,8 @@ def judged(found: Effect, beside: Effect | None = None) -> str:
 def _propagations(series: Sequence[SweptSeries], pinched: Sequence[Entry]) -> Iterator[Table]:
     """A table per sweep, and one for records that are in none."""
     header = (
-        "s [mm]", "y [mm]", "x [mm]", "z [mm]", "stroke [deg]", "curvature", "force [N]", "work [mJ]", "strain [%]",
-        "travel [mm]", "because",
+        "s [mm]", "y [mm]", "y of fin [mm]", "x [mm]", "z [mm]", "stroke [deg]", "curvature", "force [N]", "work [mJ]",
+        "strain [%]", "travel [mm]", "because",
     )  # fmt: skip
     told = _PROPAGATION
     for one in series:
@@ -136,8 +137,9 @@ def _propagations(series: Sequence[SweptSeries], pinched: Sequence[Entry]) -> It
 
 
 def _propagation_cells(point: Point) -> tuple[str, ...]:
-    factors = {"s": _MM, "y": _MM, "p_x": _MM, "p_z": _MM, "stroke": 180 / math.pi, "curvature_gain": 1.0,
-               "force_max": 1.0, "work": 1e3, "largest_strain": 100.0, "travel_reached": _MM}  # fmt: skip
+    factors = {"s": _MM, "y": _MM, "y_fin": _MM, "p_x": _MM, "p_z": _MM, "stroke": 180 / math.pi,
+               "curvature_gain": 1.0, "force_max": 1.0, "work": 1e3, "largest_strain": 100.0,
+               "travel_reached": _MM}  # fmt: skip
     record = point.entry.record
     why = "" if record.completed else f"{record.status}: {record.reason}"
     return (*(shown(point.number(name) * factor, "") for name, factor in factors.items()), why)

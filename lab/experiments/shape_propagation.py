@@ -15,10 +15,11 @@ class ShapePropagation(FinDrive):
 
     ``travel`` (n,), approach of top and bottom at mid-length, m; ``force`` (n,), on one side, of the whole device, N;
     ``pressure`` (n,), in the chambers, Pa; ``p`` (n, 3), displacement of P, the tip's corner at +y of the fin at +x,
-    m, the tube's middle being held against rigid motions; ``section`` (n, m, 2), x and y of the middle of the wall at
-    mid-length, in order, m; ``fin_radius`` (n,), of the circle that fits the middle line of the tip's edge, m;
-    ``fin_angle`` (n,), of the fin's crown from +z towards +x, rad; ``gap`` (n,), smallest between inner walls, m;
-    ``energy`` (n,), elastic, J; ``strain`` (n,), largest principal strain.
+    m, the tube's middle being held against rigid motions; ``fin_y`` (n,), largest motion of the fin's half at y > 0
+    towards the x-z plane, m; ``section`` (n, m, 2), x and y of the middle of the wall at mid-length, in order, m;
+    ``fin_radius`` (n,), of the circle that fits the middle line of the tip's edge, m; ``fin_angle`` (n,), of the
+    fin's crown from +z towards +x, rad; ``gap`` (n,), smallest between inner walls, m; ``energy`` (n,), elastic, J;
+    ``strain`` (n,), largest principal strain.
 
     With the drive pressure ``travel`` is the answer, up to the pressure of the last increment, and need not grow with
     it: where chambers meet across y = 0, more air may push top and bottom apart again.
@@ -37,9 +38,11 @@ class ShapePropagation(FinDrive):
         travel = record["travel"]
         at = f"at the travel of {1e3 * float(travel[-1]):.4g} mm"
         stroke = float(angle[0] - angle[-1])
+        largest = float(record["fin_y"][-1]) if "fin_y" in record.channels else float("nan")
         return {
             "s": Scalar(float(np.hypot(p[-1, 0], p[-1, 2])), "m", f"distance of P from rest in x-z {at}"),
             "y": Scalar(float(-p[-1, 1]), "m", f"motion of P along y towards the x-z plane {at}"),
+            "y_fin": Scalar(largest, "m", f"largest motion of the fin along y towards the x-z plane {at}"),
             "p_x": Scalar(float(p[-1, 0]), "m", f"displacement of P along x {at}"),
             "p_z": Scalar(float(p[-1, 2]), "m", f"displacement of P along z {at}"),
             "travel_reached": Scalar(float(travel[-1]), "m", "approach of top and bottom in the last state"),

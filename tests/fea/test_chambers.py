@@ -61,7 +61,7 @@ def test_forces_derive_from_the_energy():
 def test_the_tangent_is_that_of_the_forces(share):
     """Also where tops have met their images: ``share`` flattens the tube, and neighbours touch where it folds."""
     x, way = 1e-4 * shaken(2), shaken(3)
-    x[:, 1] -= share * device().part.points[:, 1]
+    x[:, 1] -= share * device().points[:, 1]
     assert (row().report(x)["force of meeting tops [N]"] > 0) == (share > 0)
     unknowns = (3 * row().cells[:, :, None] + np.arange(3)).reshape(len(row().cells), 54)
     got = np.zeros(x.size)
@@ -74,14 +74,14 @@ def test_the_tangent_is_that_of_the_forces(share):
 
 def test_forces_of_meeting_tops_derive_from_the_energy():
     x, way = 1e-4 * shaken(4), shaken(5)
-    x[:, 1] -= 0.9 * device().part.points[:, 1]
+    x[:, 1] -= 0.9 * device().points[:, 1]
     change = (row().energy(x + 1e-7 * way, 1.0) - row().energy(x - 1e-7 * way, 1.0)) / 2e-7
     assert float((row().force(x, 1.0) * way).sum()) == pytest.approx(change, rel=1e-4)
 
 
 def test_fibres_only_push_where_neighbours_touch():
     """A tube that grows opens the gaps between the tops for nothing; one that shrinks by a fifth has closed them."""
-    points = device().part.points * [1.0, 1.0, 0.0]
+    points = device().points * [1.0, 1.0, 0.0]
     tops = device_with(tops=0.0).chambers
     assert tops is not None
     assert tops.energy(0.05 * points, 0.0) == pytest.approx(0.0, abs=1e-9)
@@ -115,6 +115,18 @@ def test_chambers_flatten_the_tube_and_sweep_the_fins_up_to_40_psi(tops):
     assert (np.diff(record["fin_angle"][free]) < 0).all()
     assert np.abs(record["force"]).max() < 1e-6
     assert bool(record.how["notes"]) == (not tops)
+
+
+def test_walls_that_fold_let_air_flatten_the_tube_farther():
+    """The stiffness along the tube decides: nobody knows it, so that it is a number of the performer."""
+    experiment = ShapePropagation(drive="pressure", increments=4, pressure=1e5)
+    reached = []
+    for share in (1.0, 0.1):
+        model = MODEL.model_copy(update={"chamber_walls": share})
+        record = perform(TUBE, experiment, model, finned_surface(TUBE, COARSE, "quarter"))
+        assert record.completed, record.reason
+        reached.append(float(record["travel"][-1]))
+    assert reached[1] > 1.3 * reached[0]
 
 
 def test_edges_of_the_row_do_not_follow_the_elements():

@@ -50,6 +50,8 @@ def test_a_pinch_sweeps_the_fin_towards_the_tube():
     assert found["s"] == pytest.approx(0.013, rel=0.06)
     assert found["stroke"] > np.deg2rad(15.0)
     assert record["p"][-1, 0] < 0 < record["p"][-1, 2]
+    # The crease becomes more curved, the tip does not.
+    assert found["y_fin"] > 0.5e-3 > 100 * abs(found["y"])
     assert record.how["pinched_length_m"] == pytest.approx(TUBE.chambers.length)
     assert record["gap"][[0, -1]] == pytest.approx([0.047, 0.014], abs=5e-4)
     assert (np.diff(record["force"]) > 0).all()
@@ -184,6 +186,14 @@ def test_the_edge_slides_along_and_off():
     assert edge.pressing(still, 1.0) == 0.0
     edge.meet(still, np.array([1.0, 0, 0]), np.array([0.0, 0, 1]), np.array([0.0, 0, 0.5]))
     assert edge.pressing(still, 1.0) > 0.0
+
+
+def test_a_fin_that_slips_off_the_plate_ends_the_push():
+    record = done(FinPush(travel=0.0, push=0.03, sense="opposite", push_increments=12, place=0.98))
+    assert record.completed, record.reason
+    assert "slipped off the plate" in record.how["notes"][0]
+    assert 0.0 < record["push"][-1] < 0.03
+    assert record["force"].max() < 0.5
 
 
 def test_pictures_show_rest_middle_and_end():

@@ -141,7 +141,7 @@ def test_a_design_that_is_lost_shows_as_a_hole(propagation):
 def test_pinches_outside_sweeps_have_a_table(propagation):
     tables = list(fin_tables([propagation(campaign="mesh", slug="single")]))
     table = titled(tables, "other pinches")
-    assert table.rows[0][:6] == ("mesh", "fea", "20", "6", "-16", "12")
+    assert table.rows[0][:7] == ("mesh", "fea", "20", "6", "-", "-16", "12")
     assert column(table, "stroke [deg]") == ["30"]
     assert column(table, "curvature") == ["2"]
 
