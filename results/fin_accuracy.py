@@ -141,21 +141,23 @@ def run_time_table(entries: Sequence[Entry]) -> Table:
     """Wall time of every kind of experiment by every performer, beside the dissertation's FEA."""
     minutes, steps = (float(figures()[id]["value"]) for id in ("c4-fea-runtime", "c4-fea-steps"))
     theirs = 60.0 * minutes
-    groups: dict[tuple[str, str, str], list[Entry]] = {}
+    groups: dict[tuple[str, str, str, int], list[Entry]] = {}
     for entry in entries:
         if entry.record.completed and "wall_time_s" in entry.record.how:
-            groups.setdefault((entry.experiment.kind, entry.performer, entry.record.origin), []).append(entry)
+            still = entry.experiment.kind != "PaddleThrust"
+            count = len(next(iter(entry.record.channels.values())).values) - 1 if still else 0
+            groups.setdefault((entry.experiment.kind, entry.performer, entry.record.origin, count), []).append(entry)
     lines = []
-    for (kind, performer, origin), members in groups.items():
+    for (kind, performer, origin, count), members in groups.items():
         wall = _median(members, lambda e: float(e.record.how["wall_time_s"]))
-        count = _median(members, lambda e: float(len(next(iter(e.record.channels.values())).values) - 1))
         second = _median(members, lambda e: seconds_per_10_s(e.record) / 10) if kind == "PaddleThrust" else math.nan
-        still = kind != "PaddleThrust"
+        # As many recorded increments of the same pinch.
+        same = kind == "ShapePropagation" and count >= steps and wall > 0
         lines.append(
             (
-                kind, performer, origin, str(len(members)), shown(wall, ""), shown(count, "") if still else "-",
-                shown(1e3 * wall / count, "") if still and count else "-", shown(1e3 * second, ""),
-                f"{theirs / wall:.3g}" if kind == "ShapePropagation" and wall else "-",
+                kind, performer, origin, str(len(members)), shown(wall, ""), str(count) if count else "-",
+                shown(1e3 * wall / count, "") if count else "-", shown(1e3 * second, ""),
+                f"{theirs / wall:.3g}" if same else "-",
             )
         )  # fmt: skip
     first = ("ShapePropagation", "dissertation's FEA", "fea", "1", shown(theirs, ""), f"{steps:g}",

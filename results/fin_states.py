@@ -70,6 +70,11 @@ class FinStates:
         return f"{self.label} by {self.performer}"
 
     @property
+    def is_variant(self) -> bool:
+        """Whether it is another design or rig, pushed in one state alone."""
+        return not self.plain and len(self.states) == 1
+
+    @property
     def shares(self) -> Array:
         """Flattening of every state over the full pinch (states,)."""
         return np.array([state.share for state in self.states])
@@ -110,7 +115,7 @@ def _states(members: Sequence[Entry]) -> FinStates:
         asked = (experiment.travel, 0.0) if experiment.drive == "pinch" else (math.nan, experiment.pressure)
         reached = flattened_by(entry.record)
         # Nothing is flatter than at rest but for round-off.
-        travel = max(reached, 0.0) if math.isfinite(reached) else asked[0]
+        travel = max(reached, 0.0) + 0.0 if math.isfinite(reached) else asked[0]
         state = found.setdefault((0.0 if math.isnan(asked[0]) else asked[0], asked[1]), {})
         state.setdefault(experiment.sense, Point(travel, entry, entry.scalars()))
     states = []

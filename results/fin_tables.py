@@ -67,7 +67,7 @@ def fin_tables(entries: Sequence[Entry]) -> Iterator[Table]:
     states = fin_states(mine)
     for table in (
         accuracy_table(mine), effect_table(series), *_propagations(series, pinched),
-        *(_state_table(one) for one in states if one.plain or len(one.states) > 1), _design_table(states),
+        *(_state_table(one) for one in states if not one.is_variant), _design_table(states),
         _law_table(states), pressure_table(inflated), *paddle_tables(mine), run_time_table(mine),
     ):  # fmt: skip
         if table.rows:
@@ -164,7 +164,7 @@ def _design_table(states: Sequence[FinStates]) -> Table:
     lines = [
         (one.label, one.performer, shown(_MM * state.travel, ""), *_push_cells(state))
         for one in states
-        if not one.plain and len(one.states) == 1
+        if one.is_variant
         for state in one.states
     ]
     header = ("device", "by", "pinched [mm]", *_BOTH, "opposite over equal", "because")

@@ -121,7 +121,8 @@ def sign_table(series: Sequence[SweptSeries]) -> Table:
         known = np.isfinite(means)
         if known.sum() < 2:
             continue
-        places = [one.told(value) for value in sign_changes(one.values, means)]
+        # Between points a few digits are all that is known.
+        places = [one.told(float(f"{value:.3g}")) for value in sign_changes(one.values, means)]
         values, found = one.values[known], means[known]
         best = int(np.argmax(found))
         lines.append(

@@ -70,7 +70,8 @@ def shown(value: float | None, unit: str) -> str:
     if value is None or not math.isfinite(value):
         return "-"
     factor, name = _ALONE.get(unit, (1.0, unit))
-    return f"{value * factor:.4g} {name}".rstrip()
+    # Without the sign of a nought.
+    return f"{value * factor + 0.0:.4g} {name}".rstrip()
 
 
 def _number(row: Row, value: float) -> str:

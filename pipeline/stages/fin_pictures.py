@@ -49,15 +49,19 @@ def figures_of_fins(name: str, found: Sequence[Entry], folder: Path) -> Iterator
         )
         yield Picture(path, f"{name}: flattening, and travel s of P, over the pressure in the chambers", name)
     groups = fin_states(found)
-    for one in groups:
+    whole, variants = ([one for one in groups if one.is_variant == kind] for kind in (False, True))
+    for one in whole:
         path = folder / f"{name}_{file_word(one.title)}_pushes.png"
         yield Picture(
-            fin_pushes.push_curves(one, f"{name}, {one.title}", path),
+            fin_pushes.push_curves([one], f"{name}, {one.title}", path),
             f"{name}, {one.title}: force of the plate against its way, in both senses", name,
-            folded=one is not groups[0],
+            folded=one is not whole[0],
         )  # fmt: skip
-    if any(len(one.states) > 1 for one in groups):
-        path = fin_pushes.limit_loads(groups, f"{name}: limit loads and stiffness", folder / f"{name}_limits.png")
+    if variants:
+        path = fin_pushes.push_curves(variants, f"{name}: designs and rigs", folder / f"{name}_variants_pushes.png")
+        yield Picture(path, f"{name}: force of the plate against its way, in both senses, by design and rig", name)
+    if any(len(one.states) > 1 for one in whole):
+        path = fin_pushes.limit_loads(whole, f"{name}: limit loads and stiffness", folder / f"{name}_limits.png")
         yield Picture(path, f"{name}: largest forces and initial stiffness over the flattening, beside the lab's", name)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lab.published import figures
 from results.figures.canvas import COLOURS, pyplot, save
-from results.fin_states import FITTED, SENSES, FinStates, pushing
+from results.fin_states import FITTED, SENSES, FinState, FinStates, pushing
 from results.fins import full_pinch
 
 _HEADER = ("device", "performer", "origin", "sense", "pinch_mm", "status", "push_mm", "force_N")
@@ -24,16 +24,22 @@ _FAR = 4.0
 _NOTE = "ring: first peak, where the fin gives way; dashed: largest force in the lab over five pressures"
 
 
-def push_curves(found: FinStates, title: str, path: Path) -> Path:
-    """Force against push in every state of flattening, one panel for each sense on its own scale."""
+def push_curves(groups: Sequence[FinStates], title: str, path: Path) -> Path:
+    """Force against push, one panel for each sense on its own scale.
+
+    Lines are the states of flattening of one device, or of several devices.
+    """
     figure, axes = pyplot().subplots(1, 2, figsize=(12, 4.6), layout="constrained")
-    shades = pyplot().get_cmap("viridis")(np.linspace(0.0, 0.9, len(found.states)))
+    lines = [(found, state) for found in groups for state in found.states]
+    shades = pyplot().get_cmap("viridis")(np.linspace(0.0, 0.9, len(lines)))
     data: list[Sequence[Any]] = []
     for axis, sense in zip(axes, SENSES, strict=True):
-        for state, shade in zip(found.states, shades, strict=True):
+        for (found, state), shade in zip(lines, shades, strict=True):
             if sense in state.pushes:
-                data += _draw(axis, found, state, sense, shade)
-        _add_lab(axis, sense, found.largest(sense))
+                label = f"pinched by {1e3 * state.travel:.3g} mm"
+                data += _draw(axis, found, state, sense, shade, label if len(groups) == 1 else found.label)
+        largest = [found.largest(sense) for found in groups]
+        _add_lab(axis, sense, max((force for force in largest if np.isfinite(force)), default=np.nan))
         axis.axhline(0.0, color="black", lw=0.6)
         axis.set(title=_WORDS[sense], xlabel="push [mm]", ylabel="force of the plate [N]")
         axis.grid(alpha=0.3)
@@ -52,13 +58,15 @@ def _add_lab(axis: Any, sense: str, ours: float) -> None:
         axis.axhline(lab, label=label, **look)
 
 
-def _draw(axis: Any, found: FinStates, state: Any, sense: str, shade: Any) -> list[Sequence[Any]]:
+def _draw(
+    axis: Any, found: FinStates, state: FinState, sense: str, shade: Any, label: str
+) -> list[Sequence[Any]]:  # fmt: skip
     record = state.pushes[sense].entry.record
     if not {"stage", "push", "force"} <= set(record.channels):
         return []
     places = pushing(record)
     way, force = 1e3 * record["push"][places], record["force"][places]
-    axis.plot(way, force, color=shade, lw=1.5, label=f"pinched by {1e3 * state.travel:.3g} mm")
+    axis.plot(way, force, color=shade, lw=1.5, label=label)
     at, limit = state.number(sense, "push_at_limit"), state.number(sense, "limit_load")
     if np.isfinite(at):
         axis.plot(1e3 * at, limit, "o", color=shade, mfc="white", ms=6, zorder=4)

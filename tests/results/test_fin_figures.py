@@ -72,13 +72,28 @@ def pushes(fin_push, performer="fea"):
 def test_pushes_start_at_first_touch(fin_push, tmp_path):
     (found,) = fin_states(pushes(fin_push))
     assert found.states[0].travel == 0.0
-    rows = written(push_curves(found, "pushes", tmp_path / "pushes.png"))
+    rows = written(push_curves([found], "pushes", tmp_path / "pushes.png"))
     assert len(rows) == 5 * 2 * 22
     mine = [row for row in rows if row["sense"] == "equal" and row["pinch_mm"] == "33"]
     assert float(mine[0]["push_mm"]) == 0.0
     forces = [float(row["force_N"]) for row in mine]
     assert max(forces) == pytest.approx(0.35)
     assert forces[-1] == pytest.approx(0.175)
+
+
+def test_variants_share_a_figure(fin_push, tmp_path):
+    designs = [
+        fin_push(
+            "equal", 0.033, most, slug=f"fin_arc={arc:g}deg_sense=equal", device=FinnedTube(fin_arc=math.radians(arc))
+        )
+        for arc, most in ((90.0, 0.4), (130.0, 0.2))
+    ]
+    found = fin_states(designs)
+    assert [one.is_variant for one in found] == [True, True]
+    rows = written(push_curves(found, "designs", tmp_path / "designs.png"))
+    assert {row["device"] for row in rows} == {"prototype, fin arc 90deg", "prototype, fin arc 130deg"}
+    assert max(float(row["force_N"]) for row in rows) == pytest.approx(0.4)
+    assert not fin_states([fin_push("equal", 0.033, 0.4)])[0].is_variant
 
 
 def test_limit_loads_and_the_law_through_them(fin_push, tmp_path):

@@ -341,13 +341,18 @@ def test_without_a_result_there_is_no_accuracy_table(propagation):
 
 
 def test_run_time_beside_the_dissertations(propagation, paddling):
-    table = run_time_table([propagation(wall_time_s=75.0), propagation(wall_time_s=85.0, arc=45), paddling()])
+    whole = [propagation(wall_time_s=75.0, states=201), propagation(wall_time_s=85.0, arc=45, states=201)]
+    table = run_time_table([*whole, propagation(wall_time_s=8.0), paddling()])
     assert table.rows[0][:5] == ("ShapePropagation", "dissertation's FEA", "fea", "1", "1500")
     fea = table.rows[1]
     assert fea[3:5] == ("2", "80")
-    assert fea[6] == "8000"
+    assert fea[5:7] == ("200", "400")
     assert fea[8] == f"{1500 / 80:.3g}"
-    prb = table.rows[2]
+    # Fewer increments are not the same work.
+    assert table.rows[2][3:6] == ("1", "8", "10")
+    assert table.rows[2][8] == "-"
+    prb = table.rows[3]
+    assert prb[5:7] == ("-", "-")
     assert float(prb[7]) == pytest.approx(1.0)
     assert figures()["c4-fea-runtime"]["value"] == 25
 
