@@ -149,7 +149,7 @@ def _end(record: Record) -> int:
 def _panel(root: Path, entry: Entry, record: Record, state: int, words: str, along_y: bool = False) -> scenes.Panel:
     assert record.fields is not None
     row = int(round(record.fields.values[state]))
-    reached = f"pinched by {1e3 * record['travel'][row]:.3g} mm"
+    reached = f"pinched by {1e3 * max(record['travel'][row], 0.0) + 0.0:.3g} mm"
     if "stage" in record.channels:
         reached += f", {record['force'][row]:.3g} N"
     about = sample_name(entry.slug).replace("\u03b1", "alpha").replace("\u03b8", "theta").replace("\u00b0", " deg")

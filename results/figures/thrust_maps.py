@@ -29,10 +29,16 @@ def mean_thrust(series: Sequence[SweptSeries], title: str, path: Path) -> Path:
     data: list[Sequence[Any]] = []
     for column, path_of in enumerate(names):
         mine = [one for one in series if one.path == path_of]
+        several = [len({name(one) for one in mine}) > 1 for name in (_performer, _held)]
         for number, one in enumerate(mine):
-            data += _draw(axes[:, column], one, COLOURS[number % len(COLOURS)])
+            told = [name(one) for name, many in zip((_performer, _held), several, strict=True) if many]
+            label = ", ".join(text for text in told if text) or one.label or _performer(one)
+            data += _draw(axes[:, column], one, COLOURS[number % len(COLOURS)], label)
         axes[1, column].set_xlabel(f"{mine[0].name} [{mine[0].unit}]")
-        axes[0, column].legend(frameon=False, fontsize=8)
+        axes[1, column].legend(
+            *axes[0, column].get_legend_handles_labels(), frameon=False, fontsize=7, loc="upper center",
+            bbox_to_anchor=(0.5, -0.18),
+        )  # fmt: skip
     for axis in axes.flat:
         axis.axhline(0.0, color="black", lw=0.8)
         axis.grid(alpha=0.3)
@@ -42,11 +48,19 @@ def mean_thrust(series: Sequence[SweptSeries], title: str, path: Path) -> Path:
     return save(figure, path, _HEADER, data)
 
 
-def _draw(axes: Any, one: SweptSeries, colour: str) -> list[Sequence[Any]]:
+def _performer(one: SweptSeries) -> str:
+    return f"{one.performer} ({one.origin})"
+
+
+def _held(one: SweptSeries) -> str:
+    return one.label
+
+
+def _draw(axes: Any, one: SweptSeries, colour: str, label: str) -> list[Sequence[Any]]:
     shown = one.shown(one.values)
     mean, most, least, speed = (one.results(name) for name in ("thrust_mean", "thrust_max", "thrust_min", "swim_speed"))
     line = {"ls": "--" if one.origin == "prb" else "-", "marker": "o", "ms": 4, "color": colour, "lw": 1.4}
-    axes[0].plot(shown, mean, label=f"{one.label or one.performer} ({one.origin})", **line)
+    axes[0].plot(shown, mean, label=label, **line)
     for values in (most, least):
         axes[1].plot(shown, values, **line)
     for place in sign_changes(one.values, mean):
