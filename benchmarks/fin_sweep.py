@@ -27,8 +27,8 @@ def rows() -> list[dict[str, Any]]:
     seconds = sum(one["seconds"] for one in swept)
     s = ours.printed["s"]
     return [
-        row("one pinch of 200 increments", ours.printed["seconds"], "s", "value <= 120", "dissertation, 24 threads", 1500.0,
-            1500.0 / ours.printed["seconds"]),
+        row("one pinch of 200 increments", ours.printed["seconds"], "s", "value <= 120", "dissertation, 24 threads",
+            1500.0, 1500.0 / ours.printed["seconds"]),
         row("s at full pinch", 1e3 * s, "mm", "0.99 to 1.01", "refined twice", 1e3 * finer["s"], s / finer["s"]),
         row("s at full pinch", 1e3 * s, "mm", "0.9999 to 1.0001", "20 increments", 1e3 * few["s"], s / few["s"]),
         row("twelve designs", seconds, "s", "<= 1500"),
