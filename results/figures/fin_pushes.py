@@ -43,7 +43,8 @@ def push_curves(groups: Sequence[FinStates], title: str, path: Path) -> Path:
         axis.axhline(0.0, color="black", lw=0.6)
         axis.set(title=_WORDS[sense], xlabel="push [mm]", ylabel="force of the plate [N]")
         axis.grid(alpha=0.3)
-        axis.legend(frameon=False, fontsize=8)
+        below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.12)} if len(groups) > 1 else {}
+        axis.legend(frameon=False, fontsize=8, **below)
     figure.suptitle(f"{title}\n{_NOTE}", fontsize=9)
     return save(figure, path, _HEADER, data)
 
