@@ -124,9 +124,20 @@ def _stage(options: argparse.Namespace) -> int:
         more = f" and {len(known) - MOST_NAMED} more, see plan" if len(known) > MOST_NAMED else ""
         there = ", ".join(known[:MOST_NAMED]) or "none"
         raise StudyError(f"{options.study}: no {options.stage} job {options.id!r}; there is {there}{more}")
+    if options.stage == "fea":
+        _make_mesh(plan, options.id)
     output = options.output or Path(jobs[options.id].output)
     print(_stage_function(options)(plan, options.id, output))
     return OK
+
+
+def _make_mesh(plan: "Plan", sample: str) -> None:
+    """The mesh of a sample that is done by hand, where it is not there yet; Snakemake has made it before."""
+    job = plan.mesh_job(plan.samples[sample])
+    if not Path(job.output).exists():
+        from pipeline.stages.mesh import mesh
+
+        print(mesh(plan, job.id, Path(job.output)))
 
 
 def _batch(options: argparse.Namespace, plan: "Plan") -> int:

@@ -3,16 +3,19 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 import fea
 from lab.experiments import FinPush, PaddleThrust, Pinch, RingDown, ShapePropagation
 from lab.specimens import FinnedTube, PinchedTube, TwistedBeam
 from meshes import read_mesh
+from pipeline.cli import main
 from pipeline.plan import Plan
 from pipeline.stages.cad import cad
 from pipeline.stages.mesh import mesh
 from pipeline.study import StudyError, check_study
 from pipeline.suiting import misfit
+from results.store import read_record
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 
@@ -46,6 +49,21 @@ def test_a_tube_with_fins_takes_no_others(experiment):
     record = fea.perform(FinnedTube(), experiment, fea.FeaModel(element="shell"), None)
     assert record.status == "unsupported"
     assert record.reason == f"{experiment.kind} is not for a FinnedTube by finite elements"
+
+
+def test_a_sample_by_hand_makes_its_mesh(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    performer = {"fin_mesh": {"along": 6, "across": 4}, "material": {"law": "neo-hookean"}}
+    text = yaml.safe_dump(study({"kind": "ShapePropagation", "travel": "2 mm", "increments": 4}, performer))
+    (tmp_path / "fins.yaml").write_text(text, encoding="utf-8")
+    assert main(["fea", "fins.yaml", "one.fea.single"]) == 0
+    assert "one.fea.single: completed" in capsys.readouterr().out
+    assert len(list((tmp_path / "runs/fins/meshes").glob("*.msh"))) == 1
+    record = read_record(tmp_path / "runs/fins/fea/one.fea.single.vtkhdf")
+    assert record["travel"][-1] == pytest.approx(2e-3)
+    # It is there now.
+    assert main(["fea", "fins.yaml", "one.fea.single"]) == 0
+    assert "elements" not in capsys.readouterr().out
 
 
 def test_finite_elements_do_not_paddle():
