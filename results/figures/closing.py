@@ -51,7 +51,7 @@ def closing_curves(entries: Sequence[Entry], title: str, path: Path) -> Path:
         force = entry.record["force"][places]
         for axis, way in zip(axes, ways, strict=True):
             axis.plot(way, force, lw=1.3, **look.line(entry))
-            _mark(axis, entry.record, way, force, look.colours[entry.slug])
+            _mark(axis, entry.record, way, force, look.colour(entry))
         contact = _channel(entry.record, "contact_force", places)
         about = (entry.slug, entry.performer, entry.record.origin, entry.record.status)
         data += [(*about, *(f"{n:.6g}" for n in row)) for row in zip(*ways, force, contact, strict=True)]

@@ -31,13 +31,13 @@ def block_paths(entries: Sequence[Entry], title: str, path: Path) -> Path:
         way = _way(entry)
         moved = 1e3 * (pose[way, :2] - pose[way[0], :2])
         plane.plot(*moved.T, lw=1.6, **look.line(entry))
-        face = "white" if entry.record.origin == "prb" else look.colours[entry.slug]
-        plane.plot(*moved[-1], "o", ms=5, color=look.colours[entry.slug], mfc=face)
+        face = "white" if entry.record.origin == "prb" else look.colour(entry)
+        plane.plot(*moved[-1], "o", ms=5, color=look.colour(entry), mfc=face)
         reach = max(reach, float(np.abs(moved).max()))
         data.append(_row(entry))
     for entry in {entry.slug: entry for entry in entries}.values():
         across = 1.1 * reach * np.array([-np.sin(ideal_of(entry)), np.cos(ideal_of(entry))])
-        plane.plot(*np.stack([-across, across], axis=1), ls=":", lw=0.9, color=look.colours[entry.slug], zorder=1)
+        plane.plot(*np.stack([-across, across], axis=1), ls=":", lw=0.9, color=look.colour(entry), zorder=1)
     experiment: Any = entries[0].experiment
     load = np.array([np.cos(experiment.direction), np.sin(experiment.direction)])
     head = {"arrowstyle": "-|>", "lw": 2.0, "color": "#444444"}
@@ -66,9 +66,9 @@ def _over_angle(axis: Any, entries: Sequence[Entry], look: Look) -> None:
 
     for entry in entries:
         _, _, _, angle, x, y, *_ = _row(entry)
-        face = "none" if entry.record.origin == "prb" else look.colours[entry.slug]
+        face = "none" if entry.record.origin == "prb" else look.colour(entry)
         for value, marker, size in ((x, "s", 7), (y, "*", 11)):
-            axis.plot(float(angle), float(value), marker, ms=size, color=look.colours[entry.slug], mfc=face)
+            axis.plot(float(angle), float(value), marker, ms=size, color=look.colour(entry), mfc=face)
     axis.axhline(0.0, color="black", lw=0.6)
     axis.set(
         xlabel="pinch angle $\\alpha$ [deg]", ylabel="displacement by the load [mm]", title="x (squares), y (stars)"

@@ -33,7 +33,7 @@ def pressure_curves(entries: Sequence[Entry], title: str, path: Path) -> Path:
         for axis, curve in zip(axes, (travel, s), strict=True):
             axis.plot(pressure, curve, lw=1.5, **look.line(entry))
             if not record.completed:
-                axis.plot(pressure[-1], curve[-1], "x", color=look.colours[entry.slug], ms=7, mew=1.6)
+                axis.plot(pressure[-1], curve[-1], "x", color=look.colour(entry), ms=7, mew=1.6)
         about = (entry.slug, entry.performer, record.origin, record.status)
         columns = (pressure, record["pressure"], travel, travel / (1e3 * full_pinch()), s)
         data += [(*about, *(f"{n:.6g}" for n in row)) for row in zip(*columns, strict=True)]

@@ -36,7 +36,7 @@ def travel_curves(entries: Sequence[Entry], title: str, path: Path) -> Path:
         for axis, curve in zip(axes, curves, strict=True):
             axis.plot(pinch, curve, lw=1.4, **look.line(entry))
             if not record.completed:
-                axis.plot(pinch[-1], curve[-1], "x", color=look.colours[entry.slug], ms=7, mew=1.6)
+                axis.plot(pinch[-1], curve[-1], "x", color=look.colour(entry), ms=7, mew=1.6)
         about = (entry.slug, entry.performer, record.origin, record.status)
         columns = (pinch, curves[0], curves[1], p[:, 0], p[:, 2], np.rad2deg(record["fin_angle"]),
                    1e3 * record["fin_radius"], record["force"])  # fmt: skip

@@ -45,8 +45,8 @@ def stiffness_over_travel(entries: Sequence[Entry], title: str, path: Path) -> P
             # A logarithm knows no unstable states.
             axis.plot(travel, np.where(values > 0.0, values, np.nan), marker=".", ms=3, lw=1.2, **look.line(entry))
         # No line: an axis may jump.
-        face = "none" if entry.record.origin == "prb" else look.colours[entry.slug]
-        axes[2].plot(travel, error, "o", ms=4, color=look.colours[entry.slug], mfc=face)
+        face = "none" if entry.record.origin == "prb" else look.colour(entry)
+        axes[2].plot(travel, error, "o", ms=4, color=look.colour(entry), mfc=face)
         open_tube = max(open_tube, stiff[0])
         rows = zip(travel, soft, stiff, np.degrees(hinge), error, strict=True)
         data += [(entry.slug, entry.performer, entry.record.origin, *(f"{n:.6g}" for n in row)) for row in rows]

@@ -25,7 +25,7 @@ _SOLID: tuple[Any, ...] = ("-", (0, (9, 2)), (0, (9, 2, 2, 2)))
 
 @dataclass(frozen=True)
 class Look:
-    """Colour by sample, line by performer."""
+    """Colour by sample, line by performer; colour by performer where there is one sample alone."""
 
     colours: dict[str, Any]
     names: dict[str, str]
@@ -36,12 +36,11 @@ class Look:
     def of(cls, entries: Sequence[Entry]) -> "Look":
         """Look of the entries of a campaign; samples that are too many for the palette go from dark to bright."""
         slugs = list(dict.fromkeys(entry.slug for entry in entries))
-        shades = pyplot().get_cmap("viridis")(np.linspace(0.0, 0.95, len(slugs)))
         origins = {entry.performer: entry.record.origin for entry in entries}
         kinds = {name: [n for n in origins if (origins[n] == "prb") == (origins[name] == "prb")] for name in origins}
         lines = {n: (_DASHED if origin == "prb" else _SOLID)[kinds[n].index(n) % 3] for n, origin in origins.items()}
         return cls(
-            {slug: COLOURS[i] if len(slugs) <= len(COLOURS) else shades[i] for i, slug in enumerate(slugs)},
+            _palette(list(origins) if len(slugs) == 1 < len(origins) else slugs),
             {slug: sample_name(slug) for slug in slugs},
             lines,
             {name: f"{name} ({origin})" for name, origin in origins.items()},
@@ -49,15 +48,32 @@ class Look:
 
     def line(self, entry: Entry) -> dict[str, Any]:
         """Keywords of an entry's line."""
-        return {"color": self.colours[entry.slug], "ls": self.lines[entry.performer]}
+        return {"color": self.colour(entry), "ls": self.lines[entry.performer]}
+
+    def colour(self, entry: Entry) -> Any:
+        """Of an entry's line and marks."""
+        return self.colours.get(entry.slug, self.colours.get(entry.performer))
 
     def handles(self) -> list[Any]:
         """For a legend: the samples, then the performers where there are several."""
         from matplotlib.lines import Line2D
 
-        samples = [Line2D([], [], color=self.colours[slug], label=name) for slug, name in self.names.items()]
-        performers = [Line2D([], [], color="#555555", ls=ls, label=self.labels[n]) for n, ls in self.lines.items()]
+        samples = [
+            Line2D([], [], color=self.colours[slug], label=name)
+            for slug, name in self.names.items()
+            if slug in self.colours
+        ]
+        performers = [
+            Line2D([], [], color=self.colours.get(name, "#555555"), ls=line, label=self.labels[name])
+            for name, line in self.lines.items()
+        ]
         return samples + (performers if len(performers) > 1 else [])
+
+
+def _palette(names: Sequence[str]) -> dict[str, Any]:
+    """A colour each; more than there are colours go from dark to bright."""
+    shades = pyplot().get_cmap("viridis")(np.linspace(0.0, 0.95, len(names)))
+    return {name: COLOURS[i] if len(names) <= len(COLOURS) else shades[i] for i, name in enumerate(names)}
 
 
 def sample_name(slug: str) -> str:

@@ -69,7 +69,7 @@ def _draw(axis: Any, entry: Entry, look: Look) -> list[Sequence[Any]]:
     if record.completed and (record.origin != "prb" or len(look.lines) == 1):
         words = f" {entry.scalars()['k'].value:.4g} N/m"
         place = (motion[there[-1]], load[there[-1]])
-        axis.annotate(words, place, fontsize=7, color=look.colours[entry.slug], ha="left", va="center")
+        axis.annotate(words, place, fontsize=7, color=look.colour(entry), ha="left", va="center")
     return data
 
 

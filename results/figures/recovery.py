@@ -38,7 +38,7 @@ def recovery_story(entries: Sequence[Entry], title: str, path: Path) -> Path:
         for axis, values in zip(axes, columns, strict=True):
             axis.plot(progress, values, lw=1.5, **look.line(entry))
             if not entry.record.completed:
-                axis.plot(progress[-1], values[-1], "x", color=look.colours[entry.slug], ms=7, mew=1.6)
+                axis.plot(progress[-1], values[-1], "x", color=look.colour(entry), ms=7, mew=1.6)
         about = (entry.slug, entry.performer, entry.record.origin, entry.record.status)
         names = [STAGES[int(number)] for number in entry.record["stage"]]
         rows = zip(names, progress, *columns, strict=True)

@@ -15,6 +15,7 @@ from results.figures.fin_designs import designs_over
 from results.figures.fin_pressure import pressure_curves
 from results.figures.fin_pushes import limit_loads, push_curves
 from results.figures.fin_travel import travel_curves
+from results.figures.pinched import Look
 from results.figures.strokes import has_links, links, stroke_shapes
 from results.figures.thrust import thrust_over_time
 from results.figures.thrust_maps import mean_thrust, thrust_map
@@ -45,6 +46,18 @@ def test_travel_is_drawn_as_far_as_it_went(propagation, tmp_path):
     assert float(rows[21]["y_mm"]) == pytest.approx(-2.0)
     assert float(rows[-1]["pinch_mm"]) == pytest.approx(20.0)
     assert rows[-1]["status"] == "diverged"
+
+
+def test_performers_of_one_sample_have_colours_of_their_own(propagation):
+    names = ["fea", "fea-coarse", "fea-fine", "fea-shells"]
+    alone = [propagation(performer=name, slug="single") for name in names]
+    look = Look.of(alone)
+    assert len({look.colour(entry) for entry in alone}) == 4
+    assert [handle.get_label() for handle in look.handles()] == [f"{name} (fea)" for name in names]
+    # With several samples colours are theirs.
+    both = [*alone[:2], propagation(performer="fea", arc=45.0)]
+    look = Look.of(both)
+    assert look.colour(both[0]) == look.colour(both[1]) != look.colour(both[2])
 
 
 def test_designs_have_a_column_for_each_angle(propagation, tmp_path):
