@@ -29,8 +29,9 @@ def push_curves(groups: Sequence[FinStates], title: str, path: Path) -> Path:
 
     Lines are the states of flattening of one device, or of several devices.
     """
-    figure, axes = pyplot().subplots(1, 2, figsize=(12, 4.6), layout="constrained")
     lines = [(found, state) for found in groups for state in found.states]
+    height = 4.6 if len(groups) == 1 else 4.6 + 0.1 * len(lines)
+    figure, axes = pyplot().subplots(1, 2, figsize=(12, height), layout="constrained")
     shades = pyplot().get_cmap("viridis")(np.linspace(0.0, 0.9, len(lines)))
     data: list[Sequence[Any]] = []
     for axis, sense in zip(axes, SENSES, strict=True):
@@ -43,8 +44,14 @@ def push_curves(groups: Sequence[FinStates], title: str, path: Path) -> Path:
         axis.axhline(0.0, color="black", lw=0.6)
         axis.set(title=_WORDS[sense], xlabel="push [mm]", ylabel="force of the plate [N]")
         axis.grid(alpha=0.3)
-        below: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.12)} if len(groups) > 1 else {}
-        axis.legend(frameon=False, fontsize=8, **below)
+        if len(groups) == 1:
+            axis.legend(frameon=False, fontsize=8)
+    if len(groups) > 1:
+        told = [pair for axis in axes for pair in zip(*axis.get_legend_handles_labels(), strict=True)]
+        by_label = {label: handle for handle, label in told}
+        figure.legend(
+            by_label.values(), by_label.keys(), loc="outside lower center", ncols=2, frameon=False, fontsize=8
+        )  # fmt: skip
     figure.suptitle(f"{title}\n{_NOTE}", fontsize=9)
     return save(figure, path, _HEADER, data)
 
