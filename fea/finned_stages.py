@@ -95,9 +95,7 @@ class Play:
         """Go on by 1, recording at even steps."""
         problem, branch, start = self.device.problem, self._branch, self.t
         # Drives have kinks here.
-        branch.parameters, branch.states = branch.parameters[-1:], branch.states[-1:]
-        branch.smooth = branch.settled = False
-        branch.increment = _FIRST / increments
+        branch.restart(_FIRST / increments)
         for number in range(1, increments + 1):
             try:
                 follow(problem, branch, start + number / increments, self._options, self.history)

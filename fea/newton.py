@@ -239,6 +239,12 @@ class Branch:
         """Append an equilibrium; the last four serve the predictor."""
         self.parameters, self.states = [*self.parameters[-3:], parameter], [*self.states[-3:], state]
 
+    def restart(self, increment: float) -> None:
+        """Go on from the last equilibrium without a past: at a kink of what drives it, or after a step that failed."""
+        self.parameters, self.states = self.parameters[-1:], self.states[-1:]
+        self.smooth = self.settled = False
+        self.increment = increment
+
     def predict(self, target: float) -> Array:
         """Lagrange extrapolation through the last equilibria, at least two, at most four."""
         result = np.zeros_like(self.states[-1])
@@ -289,9 +295,7 @@ def attempt(
     except (NotConvergedError, SingularMatrixError) as error:
         log.converged = False
         system.reject()
-        path.increment = (target - here) / 4
-        path.parameters, path.states = path.parameters[-1:], path.states[-1:]
-        path.smooth = path.settled = False
+        path.restart((target - here) / 4)
         if path.increment < options.min_increment * interval:
             raise DivergedError(str(error), here, path.states[-1]) from None
         return False

@@ -178,9 +178,7 @@ class Story:
         """
         problem, branch, start = self.tube.problem, self._branch, self.t
         # Drives have kinks here.
-        branch.parameters, branch.states = branch.parameters[-1:], branch.states[-1:]
-        branch.smooth = branch.settled = False
-        branch.increment = grid / 4
+        branch.restart(grid / 4)
         number, last, now, told = 1, self._look(), self._look(), start
         # After a failure steps do not grow before they have passed where it was.
         failed, small = self.t, grid
