@@ -134,7 +134,9 @@ def _searched(
     parameters = [
         {
             "name": c.name, "unit": c.unit, "lower": c.lower, "upper": c.upper, "value": float(values[0, i]),
-            "standard_error": None, "interval": [float(values[:, i].min()), float(values[:, i].max())],
+            # So few figures give no interval; sets that are as good give a range.
+            "standard_error": None, "interval": [None, None],
+            "among_sets": [float(values[:, i].min()), float(values[:, i].max())],
             "seen": float(seen.seen[i]), "spread": float(sets.spread()[i]),
         }
         for i, c in enumerate(problem.space.coordinates)
