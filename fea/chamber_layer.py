@@ -9,6 +9,7 @@ Everything is first worked out in b_r, b_s, d, d_r, d_s, and then carried over t
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,11 +88,11 @@ class Layer:
     fields: Array
     height: float
 
-    @property
+    @cached_property
     def _size(self) -> Array:
         return np.asarray(np.linalg.norm(self.fields[:, :, 2], axis=2))
 
-    @property
+    @cached_property
     def inner(self) -> Array:
         """b_r, b_s, d, d_r, d_s in the place of the fields."""
         result = self.fields.copy()
@@ -188,7 +189,7 @@ class Layer:
         self._add_curvature(matrix, work.first)
         return Work(work.energy, first, matrix)
 
-    @property
+    @cached_property
     def _plane(self) -> Array:
         """Projection across d (elements, points, 3, 3)."""
         director = self.inner[:, :, 2]

@@ -155,19 +155,22 @@ class ChamberRow(Steady):
         """Volume of the layer, m^3."""
         return self._layer(ends).volume(self._weights).energy
 
-    def _worked(self, ends: Array, t: float, second: bool = False) -> Work:
+    def _worked(self, layer: Layer, t: float, second: bool = False) -> Work:
         """Energy but for a constant, and its derivatives by the fields, without meeting tops."""
-        layer = self._layer(ends)
         work = layer.volume(-self._pressure(t) * self._fill * self._weights, second)
         for fibres in self._fibres:
             work.add(layer.stretch(fibres, second))
         work.add(layer.shear(self._across, self._along, _SHEAR, second))
         return layer.carried(work)
 
-    def _met(self, ends: Array, second: bool = False) -> tuple[float, Array, Array | None]:
-        """Energy of tops that meet their images, and its derivatives by b and D: (..., 2, 3), (..., 2, 3, 2, 3)."""
+    def _tops(self, layer: Layer, ends: Array) -> tuple[Array, Array, Array]:
+        """Places of the tops along the axis, and their derivatives, see ``Layer.height_of_tops``."""
         floor = np.einsum("qn,eni->eqi", self._shapes[0], ends[:, ::2])
-        place, by, bent = self._layer(ends).height_of_tops(floor[..., _AXIS], _AXIS)
+        return layer.height_of_tops(floor[..., _AXIS], _AXIS)
+
+    def _met(self, layer: Layer, ends: Array, second: bool = False) -> tuple[float, Array, Array | None]:
+        """Energy of tops that meet their images, and its derivatives by b and D: (..., 2, 3), (..., 2, 3, 2, 3)."""
+        place, by, bent = self._tops(layer, ends)
         depth, blend = np.maximum(-place, 0.0), _BLEND * self._h
         low, penalty = np.minimum(depth, blend), self._area * self._walls.modulus / self._h
         over = depth - low
@@ -183,15 +186,17 @@ class ChamberRow(Steady):
     def force(self, x: Array, t: float) -> Array:
         """See ``Term``."""
         ends, result = self._now(x), np.zeros_like(x)
-        onto = np.einsum("qfn,eqfi->eni", self._makes, self._worked(ends, t).first, optimize=True)
-        onto += np.einsum("qfn,eqfi->eni", self._places, self._met(ends)[1], optimize=True)
+        layer = self._layer(ends)
+        onto = np.einsum("qfn,eqfi->eni", self._makes, self._worked(layer, t).first, optimize=True)
+        onto += np.einsum("qfn,eqfi->eni", self._places, self._met(layer, ends)[1], optimize=True)
         np.add.at(result, self._cells, onto)
         return result
 
     def tangent(self, x: Array, t: float) -> Array:
         """See ``Term``."""
         ends = self._now(x)
-        work, met = self._worked(ends, t, second=True).second, self._met(ends, second=True)[2]
+        layer = self._layer(ends)
+        work, met = self._worked(layer, t, second=True).second, self._met(layer, ends, second=True)[2]
         assert work is not None
         assert met is not None
         return _on_nodes(work, self._makes) + _on_nodes(met, self._places)
@@ -199,16 +204,17 @@ class ChamberRow(Steady):
     def energy(self, x: Array, t: float) -> float:
         """Stretch of the walls and meeting tops less the work of the pressure, J."""
         ends = self._now(x)
-        return self._worked(ends, t).energy + self._pressure(t) * self._fill * self.layer_volume + self._met(ends)[0]
+        layer = self._layer(ends)
+        at_rest = self._pressure(t) * self._fill * self.layer_volume
+        return self._worked(layer, t).energy + at_rest + self._met(layer, ends)[0]
 
     def report(self, x: Array) -> dict[str, float]:
         """Force of meeting tops, and how far they have passed the plane."""
         ends = self._now(x)
-        floor = np.einsum("qn,eni->eqi", self._shapes[0], ends[:, ::2])
-        place = self._layer(ends).height_of_tops(floor[..., _AXIS], _AXIS)[0]
+        layer = self._layer(ends)
         return {
-            "force of meeting tops [N]": -float(self._met(ends)[1][:, :, 0, _AXIS].sum()),
-            "lowest top [m]": float(place[self._weights > 0].min()),
+            "force of meeting tops [N]": -float(self._met(layer, ends)[1][:, :, 0, _AXIS].sum()),
+            "lowest top [m]": float(self._tops(layer, ends)[0][self._weights > 0].min()),
         }
 
     def growth(self, x: Array) -> float:

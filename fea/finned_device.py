@@ -21,7 +21,7 @@ from fea.parts import Deformable
 from fea.plate_edge import PlateEdge
 from fea.problem import Problem
 from fea.setting_up import Mesh
-from fea.sheet import Face, Sheet, SheetElement
+from fea.sheet import Face, Sheet
 from fea.shell import Shell
 from fea.surface import Surface
 from fea.tendons import Ramp
@@ -53,8 +53,6 @@ class Device:
     ----------
     sheets
         Tube and fins, in the order of their nodes.
-    points
-        All nodes at rest (N, 3), m.
     drive
         Approach of top and bottom, m, or pressure, Pa, over time.
     grip
@@ -69,7 +67,6 @@ class Device:
 
     specimen: FinnedTube
     sheets: dict[Body, Sheet]
-    points: Array
     problem: Problem
     drive: Ramp
     grip: Ints
@@ -92,6 +89,11 @@ class Device:
     def parts(self) -> list[Deformable]:
         """Of the sheets, in order."""
         return [sheet.part for sheet in self.sheets.values()]
+
+    @property
+    def points(self) -> Array:
+        """All nodes at rest (N, 3), m."""
+        return self.problem.points
 
     @property
     def copies(self) -> int:
@@ -217,7 +219,7 @@ def set_up(
     if experiment.drive == "pressure":
         _add(case, device, "chambers", lambda points: _chambers(tube, specimen, model, drive))
     problem = case.problem(seconds)
-    return Device(specimen, sheets, case.points, problem, drive, grip[1], mirrors, **device)
+    return Device(specimen, sheets, problem, drive, grip[1], mirrors, **device)
 
 
 def make_sheets(specimen: FinnedTube, model: FeaModel, mesh: MeshQuad2) -> dict[Body, Sheet]:
@@ -229,9 +231,11 @@ def make_sheets(specimen: FinnedTube, model: FeaModel, mesh: MeshQuad2) -> dict[
     for body in (name for name in BODIES if name in (mesh.subdomains or {})):
         surface = body_alone(mesh, body)
         half = half_thickness(specimen, surface.doflocs.T, body)
-        element: SheetElement = "shell" if body == "tube" else model.fin_element
-        middle = fin_middle(specimen, surface) if body != "tube" else None
-        result[body] = Sheet.make(surface, half, material, element, nodes, middle)
+        if body == "tube":
+            result[body] = Sheet.make(surface, half, material, "shell", nodes)
+        else:
+            middle = fin_middle(specimen, surface)
+            result[body] = Sheet.make(surface, half, material, model.fin_element, nodes, middle)
         nodes += result[body].part.nodes
     return result
 

@@ -66,9 +66,7 @@ class Sensed:
 
     def _of_parts(self, x: Array) -> list[tuple[Deformable, Array]]:
         """Every part with its nodes' share of displacements (N, 3)."""
-        parts = self.device.parts
-        ends = np.cumsum([0, *(part.nodes for part in parts)])
-        return [(part, x[a:b]) for part, a, b in zip(parts, ends[:-1], ends[1:], strict=True)]
+        return [(part, x[place]) for part, place in zip(self.device.parts, self.device.problem.places, strict=True)]
 
     @cached_property
     def _upper(self) -> NDArray[np.int64]:

@@ -68,7 +68,7 @@ class FeaModel(Frozen):
         DEFAULT_MESHES["solid"]["fin_mesh"], description="Of tubes with fins: across counts over a quarter around."
     )
     #: A shell's joint of fin and tube gives way too much; hexahedra lock a little where fins are very thin.
-    fin_element: Literal["solid", "shell"] = Field(
+    fin_element: Element = Field(
         "solid", description="Tubes with fins: elements of the fins, 27-node hexahedra or 18-node solid shells."
     )
     #: Part of a tube with fins that is solved; the rest are its mirror images.

@@ -13,6 +13,7 @@ from fea.shell import Shell
 from fea.surface import FROM_BELOW, Surface
 from lab.materials import Material
 from meshes.layered import edge_nodes, layered
+from meshes.making import Element
 
 if TYPE_CHECKING:
     from skfem import MeshQuad2
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Face = Literal["lower", "upper"]
-#: What a sheet is made of: 18-node solid shells, or 27-node hexahedra.
-SheetElement = Literal["shell", "solid"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,10 +43,12 @@ class Sheet:
 
     @classmethod
     def make(
-        cls, mesh: "MeshQuad2", half: Array, material: Material, element: SheetElement, first: int,
+        cls, mesh: "MeshQuad2", half: Array, material: Material, element: Element, first: int,
         middle: Array | None = None,
     ) -> "Sheet":  # fmt: skip
-        """Elements between the faces ``mesh`` -+ ``half`` (n, 3), m; ``first`` is their first node in the case.
+        """Shells or 27-node hexahedra between the faces ``mesh`` -+ ``half`` (n, 3), m.
+
+        ``first`` is their first node in the case.
 
         ``middle``: nodes of a solid between the faces, see ``meshes.layered``.
         """
